@@ -137,11 +137,10 @@ int Fail(const std::string& problem) {
 
 int Main(int argc, char** argv) {
   if (argc < 5) return Fail("usage: command_times CONFIG COUNT DEVICE OPERATION [KEY=VALUE]...");
-  std::string error;
-  const auto settings = ClientSettings::OfMachine(argv[1], "", error);
-  if (!settings) return Fail(error);
+  const auto settings = ClientSettings::OfMachine(argv[1], "");
+  if (!settings) return Fail(settings.error().text);
   CommandClient client(*settings);
-  if (!client.problem().empty()) return Fail(client.problem());
+  if (const auto usable = client.state(); !usable) return Fail(usable.error().text);
   Listener listener(settings->command_url);
   if (!listener.good()) return Fail("cannot listen on " + settings->command_url);
 

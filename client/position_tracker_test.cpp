@@ -1,6 +1,5 @@
 #include <axlecast/position_tracker.h>
 #include <gtest/gtest.h>
-
 #include <cmath>
 
 namespace axlecast {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 #include "tests/support/counting_family.h"

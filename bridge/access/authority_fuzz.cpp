@@ -1,4 +1,4 @@
-#include "bridge/access/authority.h"
+#include "bridge/access/admission.h"
 
 #include "bridge/access/authority_fixture.h"
 

@@ -1,4 +1,4 @@
-#include "bridge/access/authority.h"
+#include "bridge/access/admission.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST_F(AuthorityTest, ASignatureIsVerifiedAlsoWhereNoneIsNeeded) {
   envelope.sig[5] ^= 1;
   EXPECT_EQ(SenderOf(envelope).substr(0, 2), "7:");
   std::fill(std::begin(envelope.sig), std::end(envelope.sig), std::uint8_t{0});
-  EXPECT_EQ(SenderOf(envelope).substr(0, 2), "7:") << "its key id says that it was signed";
+  EXPECT_EQ(SenderOf(envelope).substr(0, 2), "7:") << "a key id means that it was signed";
   envelope = keys_.Signed("service");
   AccessKeys::SetBody(envelope, {});
   EXPECT_THAT(SenderOf(envelope), HasSubstr("7: it is signed, but names no key (key_id 0)"));

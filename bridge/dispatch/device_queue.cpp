@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <axlecast/driver_order_t.hpp>
 #include <utility>
+#include <vector>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {
@@ -33,9 +34,9 @@ void Copy(const driver_status_t& from, command_status_t& to) {
 
 using JournalState = PendingCommand::JournalState;
 
-// Returns true if the task continues only after the journal has written its entry.
-bool WaitsForJournal(const PendingCommand& task) {
-  return task.journal_state == JournalState::kAccepted || task.journal_state == JournalState::kRouted;
+// Returns true if the command continues only after the journal has written its entry.
+bool WaitsForJournal(const PendingCommand& pending) {
+  return pending.journal_state == JournalState::kAccepted || pending.journal_state == JournalState::kRouted;
 }
 
 bool IsSameProgress(const driver_status_t& driver, const command_status_t& reported) {
@@ -45,20 +46,20 @@ bool IsSameProgress(const driver_status_t& driver, const command_status_t& repor
 }  // namespace
 
 bool DeviceQueue::Holds(PendingCommand::Purpose purpose) const {
-  const auto is = [&](const PendingCommand& task) { return task.purpose == purpose; };
+  const auto is = [&](const PendingCommand& pending) { return pending.purpose == purpose; };
   return (current_ && is(*current_)) || std::any_of(waiting_.begin(), waiting_.end(), is);
 }
 
 std::optional<std::string> DeviceQueue::SenderOf(const CommandId& id) const {
   if (current_ && current_->id == id) return current_->who;
-  const auto found =
-      std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) { return task.id == id; });
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
+                                  [&](const PendingCommand& pending) { return pending.id == id; });
   return found == waiting_.end() ? std::nullopt : std::optional(found->who);
 }
 
-void DeviceQueue::PushRecovered(PendingCommand task) {
-  task.recovered = true;
-  PushFirst(std::move(task));
+void DeviceQueue::PushRecovered(PendingCommand pending) {
+  pending.recovered = true;
+  PushFirst(std::move(pending));
 }
 
 bool DeviceQueue::Cancel(const CommandId& id, Timestamp now) {
@@ -70,33 +71,35 @@ bool DeviceQueue::Cancel(const CommandId& id, Timestamp now) {
     }
     return true;
   }
-  const auto found =
-      std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) { return task.id == id; });
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
+                                  [&](const PendingCommand& pending) { return pending.id == id; });
   if (found == waiting_.end()) return false;
-  PendingCommand task = std::move(*found);
+  PendingCommand pending = std::move(*found);
   waiting_.erase(found);
-  End(std::move(task), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited for its turn", now);
+  End(std::move(pending), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited in the queue", now);
   return true;
 }
 
 void DeviceQueue::OnStatus(const driver_status_t& status, Timestamp now) {
   if (!current_) return;
-  PendingCommand& task = *current_;
+  PendingCommand& pending = *current_;
   const CommandId id = IdOf(status.id);
-  if (id != (task.queries_driver ? task.about : task.id) || status.boot_id != task.status.driver_boot_id) return;
-  if (status.seq <= task.last_seq) return;  // overtaken by a newer one
-  task.last_seq = status.seq;
-  task.last_status = now.mono;
+  if (id != (pending.queries_driver ? pending.about : pending.id) ||
+      status.boot_id != pending.status.driver_boot_id)
+    return;
+  if (status.seq <= pending.last_seq) return;  // overtaken by a newer one
+  pending.last_seq = status.seq;
+  pending.last_status = now.mono;
   if (status.state == S::STATE_UNKNOWN) return OnUnknown(status, now);
   if (status.state != S::STATE_ROUTED && status.state != S::STATE_RUNNING && !IsFinalState(status.state)) return;
 
-  const bool same = task.acknowledged && IsSameProgress(status, task.status);
-  if (!task.acknowledged) task.next_send = now.mono + kAsk;
-  task.acknowledged = true;
-  Copy(status, task.status);
-  task.nv_writes = status.nv_writes;
+  const bool same = pending.acknowledged && IsSameProgress(status, pending.status);
+  if (!pending.acknowledged) pending.next_send = now.mono + kAsk;
+  pending.acknowledged = true;
+  Copy(status, pending.status);
+  pending.nv_writes = status.nv_writes;
   if (!IsFinalState(status.state)) {
-    if (!same) output_.OnStep(task, now);
+    if (!same) output_.OnStep(pending, now);
     return;
   }
   output_.OnEnd(TakeCurrent(), now);
@@ -104,21 +107,21 @@ void DeviceQueue::OnStatus(const driver_status_t& status, Timestamp now) {
 
 // The driver's promise: no order up to its bridge_epoch has been or will be done under this id.
 void DeviceQueue::OnUnknown(const driver_status_t& status, Timestamp now) {
-  PendingCommand& task = *current_;
-  if (status.bridge_epoch < (task.queries_driver ? task.about_epoch : task.sent_epoch)) return;
-  if (task.queries_driver) {
+  PendingCommand& pending = *current_;
+  if (status.bridge_epoch < (pending.queries_driver ? pending.about_epoch : pending.sent_epoch)) return;
+  if (pending.queries_driver) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DRIVER_SILENT, "the driver never received it", now);
   }
-  if (task.recovered) {
+  if (pending.recovered) {
     return End(TakeCurrent(), S::STATE_REJECTED, S::REASON_BRIDGE_RESTARTED,
                "the bridge restarted before the driver had it: nothing was done; send it again", now);
   }
-  if (now.mono >= task.begin_by) {
+  if (now.mono >= pending.begin_by) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out before it reached the driver",
                now);
   }
-  task.acknowledged = false;
-  task.next_send = now.mono;
+  pending.acknowledged = false;
+  pending.next_send = now.mono;
 }
 
 void DeviceQueue::Tick(Timestamp now) {
@@ -132,72 +135,70 @@ void DeviceQueue::Tick(Timestamp now) {
   }
 }
 
+// Ends the waiting commands that can no longer be sent.
 void DeviceQueue::DropWaiting(Timestamp now) {
-  if (waiting_.empty()) return;
+  struct Ended {
+    PendingCommand command;
+    std::int8_t state;
+    Error why;
+  };
   std::deque<PendingCommand> kept;
-  std::deque<PendingCommand> expired;
-  std::deque<PendingCommand> absent;
-  std::deque<std::pair<PendingCommand, Error>> not_journalled;
-  for (PendingCommand& task : waiting_) {
-    Result<> in_time = WaitsForJournal(task) ? output_.CheckJournalWait(task, now) : Result<>();
-    if (WaitsForJournal(task) && task.operation->urgent && now.mono - task.journal_since > kOvertaken) {
-      task.journal_state =
-          task.journal_state == JournalState::kAccepted ? JournalState::kNone : JournalState::kReady;
+  std::vector<Ended> ended;
+  for (PendingCommand& pending : waiting_) {
+    Result<> in_time = WaitsForJournal(pending) ? output_.CheckJournalWait(pending, now) : Result<>();
+    if (WaitsForJournal(pending) && pending.operation->urgent && now.mono - pending.journal_since > kOvertaken) {
+      pending.journal_state =
+          pending.journal_state == JournalState::kAccepted ? JournalState::kNone : JournalState::kReady;
       in_time = {};
     }
-    const bool needs_driver = task.purpose != PendingCommand::Purpose::kOutcomeCheck && !task.recovered;
-    if (now.mono >= task.begin_by) {
-      expired.push_back(std::move(task));
+    const bool needs_driver = pending.purpose != PendingCommand::Purpose::kOutcomeCheck && !pending.recovered;
+    if (now.mono >= pending.begin_by) {
+      ended.push_back({std::move(pending),
+                       S::STATE_EXPIRED,
+                       {"its time ran out while it waited in the queue", S::REASON_DEADLINE}});
     } else if (needs_driver && driver_.IsAbsent(now.mono)) {
-      absent.push_back(std::move(task));
+      ended.push_back({std::move(pending),
+                       S::STATE_REJECTED,
+                       {"the device's driver has gone: start it (axlecast driver, systemctl), then send this again",
+                        S::REASON_DRIVER_ABSENT}});
     } else if (!in_time) {
-      not_journalled.emplace_back(std::move(task), std::move(in_time.error()));
+      ended.push_back({std::move(pending), S::STATE_REJECTED, std::move(in_time.error())});
     } else {
-      kept.push_back(std::move(task));
+      kept.push_back(std::move(pending));
     }
   }
   waiting_ = std::move(kept);
-  for (auto& [task, refusal] : not_journalled) {
-    End(std::move(task), S::STATE_REJECTED, refusal.reason, refusal.text, now);
-  }
-  for (PendingCommand& task : expired) {
-    End(std::move(task), S::STATE_EXPIRED, S::REASON_DEADLINE, "its time ran out while it waited for its turn",
-        now);
-  }
-  for (PendingCommand& task : absent) {
-    End(std::move(task), S::STATE_REJECTED, S::REASON_DRIVER_ABSENT,
-        "the device's driver has gone: start it (axlecast driver, systemctl), then send this again", now);
-  }
+  for (Ended& one : ended) End(std::move(one.command), one.state, one.why.reason, one.why.text, now);
 }
 
-void DeviceQueue::PushFirst(PendingCommand task) {
-  task.journal_state = JournalState::kNone;
-  waiting_.push_front(std::move(task));
+void DeviceQueue::PushFirst(PendingCommand pending) {
+  pending.journal_state = JournalState::kNone;
+  waiting_.push_front(std::move(pending));
 }
 
-PendingCommand DeviceQueue::Take(std::deque<PendingCommand>::iterator task) {
-  PendingCommand taken = std::move(*task);
-  waiting_.erase(task);
+PendingCommand DeviceQueue::Take(std::deque<PendingCommand>::iterator pending) {
+  PendingCommand taken = std::move(*pending);
+  waiting_.erase(pending);
   return taken;
 }
 
 bool DeviceQueue::IsAwaitingAcceptance(const CommandId& id) const {
-  return std::any_of(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
-    return task.id == id && task.journal_state == JournalState::kAccepted;
+  return std::any_of(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
+    return pending.id == id && pending.journal_state == JournalState::kAccepted;
   });
 }
 
 std::optional<PendingCommand> DeviceQueue::Withdraw(const CommandId& id) {
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
-    return task.id == id && task.journal_state == JournalState::kAccepted;
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
+    return pending.id == id && pending.journal_state == JournalState::kAccepted;
   });
   return found == waiting_.end() ? std::nullopt : std::optional(Take(found));
 }
 
 void DeviceQueue::OnJournalled(const CommandId& id, JournalState what, bool written, const Error& not_written,
                                Timestamp now) {
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& task) {
-    return task.id == id && task.journal_state == what;
+  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
+    return pending.id == id && pending.journal_state == what;
   });
   if (found == waiting_.end()) return;
   if (!written && !found->operation->urgent) {
@@ -206,51 +207,52 @@ void DeviceQueue::OnJournalled(const CommandId& id, JournalState what, bool writ
   found->journal_state = what == JournalState::kAccepted ? JournalState::kNone : JournalState::kReady;
 }
 
-// The task whose turn it is: the first, or, while that waits for a slow journal, the first read behind it.
+// The next command: the first, or, while that waits for a slow journal, the first read behind it.
 std::deque<PendingCommand>::iterator DeviceQueue::Next(Timestamp now) {
   const auto first = waiting_.begin();
   if (!WaitsForJournal(*first) || now.mono - first->journal_since <= kOvertaken) return first;
-  return std::find_if(first, waiting_.end(), [](const PendingCommand& task) {
-    return !WaitsForJournal(task) && (task.prepare || (task.operation != nullptr && task.operation->reads_only));
+  return std::find_if(first, waiting_.end(), [](const PendingCommand& pending) {
+    return !WaitsForJournal(pending) &&
+           (pending.prepare || (pending.operation != nullptr && pending.operation->reads_only));
   });
 }
 
 void DeviceQueue::RouteNext(Timestamp now) {
   const auto next = Next(now);
   if (next == waiting_.end() || next->journal_state == JournalState::kAccepted) return;
-  PendingCommand& task = *next;
-  if (task.recovered) {
+  PendingCommand& pending = *next;
+  if (pending.recovered) {
     current_ = Take(next);
     current_->acknowledged = true;
     current_->last_status = current_->routed = current_->next_send = now.mono;
     return Follow(now);
   }
-  if (!driver_.IsPresent(now.mono) || now.mono < task.not_before) return;
-  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck) {
-    task.queries_driver = task.about_silent && driver_.boot_id() == task.about_boot_id;
-    if (!task.queries_driver && task.operation == nullptr) {
+  if (!driver_.IsPresent(now.mono) || now.mono < pending.not_before) return;
+  if (pending.purpose == PendingCommand::Purpose::kOutcomeCheck) {
+    pending.queries_driver = pending.about_silent && driver_.boot_id() == pending.about_boot_id;
+    if (!pending.queries_driver && pending.operation == nullptr) {
       return End(Take(next), S::STATE_FAILED, S::REASON_NONE, "no operation can verify it", now);
     }
-    if (!task.queries_driver && !driver_.IsAnswering(task.device)) return;
+    if (!pending.queries_driver && !driver_.IsAnswering(pending.device)) return;
   }
-  if (task.journal_state == JournalState::kNone) {
-    if (task.purpose != PendingCommand::Purpose::kCommand) task.id = output_.NewId();
-    task.status.state = S::STATE_ROUTED;
-    task.status.driver_boot_id = driver_.boot_id();
-    task.journal_since = now.mono;
-    if (const Result<> routable = output_.BeforeRoute(task, now); !routable) {
+  if (pending.journal_state == JournalState::kNone) {
+    if (pending.purpose != PendingCommand::Purpose::kCommand) pending.id = output_.NewId();
+    pending.status.state = S::STATE_ROUTED;
+    pending.status.driver_boot_id = driver_.boot_id();
+    pending.journal_since = now.mono;
+    if (const Result<> routable = output_.BeforeRoute(pending, now); !routable) {
       return End(Take(next), S::STATE_REJECTED, routable.error().reason, routable.error().text, now);
     }
   }
-  if (task.status.driver_boot_id != driver_.boot_id()) {
+  if (pending.status.driver_boot_id != driver_.boot_id()) {
     return End(Take(next), S::STATE_REJECTED, S::REASON_DRIVER_RESTARTED,
                "the driver restarted before this was sent to it: nothing was done; send it again", now);
   }
-  if (task.journal_state == JournalState::kReady) Route(Take(next), now);
+  if (pending.journal_state == JournalState::kReady) Route(Take(next), now);
 }
 
-void DeviceQueue::Route(PendingCommand task, Timestamp now) {
-  current_ = std::move(task);
+void DeviceQueue::Route(PendingCommand pending, Timestamp now) {
+  current_ = std::move(pending);
   current_->acknowledged = false;
   current_->last_seq = -1;
   current_->last_status = current_->routed = current_->next_send = now.mono;
@@ -259,65 +261,65 @@ void DeviceQueue::Route(PendingCommand task, Timestamp now) {
 }
 
 void DeviceQueue::Follow(Timestamp now) {
-  PendingCommand& task = *current_;
-  const bool unheard = task.recovered && driver_.boot_id() == 0;
-  if (!unheard && driver_.boot_id() != task.status.driver_boot_id) {
+  PendingCommand& pending = *current_;
+  const bool unheard = pending.recovered && driver_.boot_id() == 0;
+  if (!unheard && driver_.boot_id() != pending.status.driver_boot_id) {
     return OnDriverLost(S::REASON_DRIVER_RESTARTED, "the driver restarted while it had this order", now);
   }
   if (!unheard && !driver_.IsRunning()) {
     return OnDriverLost(S::REASON_STOPPING, "the driver stopped while it had this order", now);
   }
-  if (now.mono - task.last_status > kSilentAfter) {
+  if (now.mono - pending.last_status > kSilentAfter) {
     return OnDriverLost(S::REASON_DRIVER_SILENT, "the driver has not answered for 5 s", now);
   }
-  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck && now.mono >= task.begin_by) {
+  if (pending.purpose == PendingCommand::Purpose::kOutcomeCheck && now.mono >= pending.begin_by) {
     return End(TakeCurrent(), S::STATE_EXPIRED, S::REASON_DEADLINE, "the driver did not report in time", now);
   }
-  SendDue(task, now);
+  SendDue(pending, now);
 }
 
-void DeviceQueue::SendDue(PendingCommand& task, Timestamp now) {
-  if (now.mono < task.next_send) return;
-  const bool first_second = now.mono - task.routed < kSecond;
-  task.next_send = now.mono + (task.acknowledged && !task.cancel_asked ? kAsk
-                               : first_second                          ? kRepeat
-                                                                       : kSlowRepeat);
-  if (task.cancel_asked) {
-    output_.Send(task, driver_order_t::KIND_CANCEL, 1, now);
-  } else if (task.acknowledged || task.queries_driver || now.mono >= task.begin_by) {
-    output_.Send(task, driver_order_t::KIND_QUERY, 1, now);
+void DeviceQueue::SendDue(PendingCommand& pending, Timestamp now) {
+  if (now.mono < pending.next_send) return;
+  const bool first_second = now.mono - pending.routed < kSecond;
+  pending.next_send = now.mono + (pending.acknowledged && !pending.cancel_asked ? kAsk
+                                  : first_second                                ? kRepeat
+                                                                                : kSlowRepeat);
+  if (pending.cancel_asked) {
+    output_.Send(pending, driver_order_t::KIND_CANCEL, 1, now);
+  } else if (pending.acknowledged || pending.queries_driver || now.mono >= pending.begin_by) {
+    output_.Send(pending, driver_order_t::KIND_QUERY, 1, now);
   } else {
-    const MonoNs left = std::min<MonoNs>(task.begin_by - now.mono, 3'600 * kSecond);
+    const MonoNs left = std::min<MonoNs>(pending.begin_by - now.mono, 3'600 * kSecond);
     const auto valid_ms = static_cast<std::int32_t>(std::max<MonoNs>(left / kMillisecond, 1));
-    task.sent_epoch = output_.Send(task, task.prepare ? driver_order_t::KIND_PREPARE : driver_order_t::KIND_EXECUTE,
-                                   valid_ms, now);
+    pending.sent_epoch = output_.Send(
+        pending, pending.prepare ? driver_order_t::KIND_PREPARE : driver_order_t::KIND_EXECUTE, valid_ms, now);
   }
 }
 
 void DeviceQueue::OnDriverLost(std::int32_t reason, const std::string& text, Timestamp now) {
-  PendingCommand task = TakeCurrent();
-  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck)
-    return PushFirst(std::move(task));  // until its time runs out
-  if (task.prepare || (task.operation != nullptr && task.operation->reads_only)) {
-    return End(std::move(task), S::STATE_REJECTED, reason, text + "; it would have changed nothing: repeat it",
+  PendingCommand pending = TakeCurrent();
+  if (pending.purpose == PendingCommand::Purpose::kOutcomeCheck)
+    return PushFirst(std::move(pending));  // until its time runs out
+  if (pending.prepare || (pending.operation != nullptr && pending.operation->reads_only)) {
+    return End(std::move(pending), S::STATE_REJECTED, reason, text + "; it would have changed nothing: repeat it",
                now);
   }
-  End(std::move(task), S::STATE_INDETERMINATE, reason, text, now);
+  End(std::move(pending), S::STATE_INDETERMINATE, reason, text, now);
 }
 
-void DeviceQueue::End(PendingCommand task, std::int8_t state, std::int32_t reason, const std::string& text,
+void DeviceQueue::End(PendingCommand pending, std::int8_t state, std::int32_t reason, const std::string& text,
                       Timestamp now) {
-  task.status.state = state;
-  task.status.reason_code = reason;
-  task.status.text = CappedText(text, kTextBytes);
-  task.status.finished_utime = now.utime;
-  output_.OnEnd(std::move(task), now);
+  pending.status.state = state;
+  pending.status.reason_code = reason;
+  pending.status.text = CappedText(text, kTextBytes);
+  pending.status.finished_utime = now.utime;
+  output_.OnEnd(std::move(pending), now);
 }
 
 PendingCommand DeviceQueue::TakeCurrent() {
-  PendingCommand task = std::move(*current_);
+  PendingCommand pending = std::move(*current_);
   current_.reset();
-  return task;
+  return pending;
 }
 
 }  // namespace axlecast

@@ -7,48 +7,48 @@
 #include <optional>
 #include <string>
 
-#include "bridge/dispatch/peers.h"
-#include "bridge/state/pending_command.h"
-#include "core/command/operation_check.h"
+#include "bridge/dispatch/command_port.h"
+#include "bridge/state/command_store.h"
 
 namespace axlecast {
 
-// What a lane does to the outside.
+// What a queue does to the outside.
 class DeviceQueueListener {
  public:
   virtual ~DeviceQueueListener() = default;
-  // Sends driver_order_t KIND_* for the task, with a new bridge epoch, which it returns.
-  virtual std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) = 0;
+  // Sends driver_order_t KIND_* for the command, with a new bridge epoch, which it returns.
+  virtual std::int64_t Send(const PendingCommand& pending, std::int8_t kind, std::int32_t valid_ms,
+                            Timestamp now) = 0;
   virtual CommandId NewId() = 0;  // for what the bridge itself orders
-  // Called before the task is sent to status.driver_boot_id. Returns an error if it must not be sent. Otherwise sets
-  // task.journal_state: kReady, or kRouted if the journal must write it first (DeviceQueue::OnJournalled).
-  [[nodiscard]] virtual Result<> BeforeRoute(PendingCommand& task, Timestamp now) = 0;
-  // Returns an error if a task has waited too long for the journal.
-  [[nodiscard]] virtual Result<> CheckJournalWait(const PendingCommand& task, Timestamp now) = 0;
-  virtual void OnStep(PendingCommand& task, Timestamp now) = 0;
-  // The task ended: its status holds the one outcome. It has left the lane.
-  virtual void OnEnd(PendingCommand task, Timestamp now) = 0;
+  // Called before the command is sent to status.driver_boot_id. Returns an error if it must not be sent. Otherwise sets
+  // command.journal_state: kReady, or kRouted if the journal must write it first (DeviceQueue::OnJournalled).
+  [[nodiscard]] virtual Result<> BeforeRoute(PendingCommand& pending, Timestamp now) = 0;
+  // Returns an error if a command has waited too long for the journal.
+  [[nodiscard]] virtual Result<> CheckJournalWait(const PendingCommand& pending, Timestamp now) = 0;
+  virtual void OnStep(PendingCommand& pending, Timestamp now) = 0;
+  // The command ended: its status holds the one outcome. It has left the queue.
+  virtual void OnEnd(PendingCommand pending, Timestamp now) = 0;
 };
 
-// The tasks of one device: one at a time, in order. Free of I/O. The messages in between may be lost, doubled or
-// reordered: a task is repeated to its driver under one id until the driver answers, and is asked about then.
+// The commands of one device: one at a time, in order. Free of I/O. The messages in between may be lost, doubled or
+// reordered: a command is repeated to its driver under one id until the driver answers, and is asked about then.
 class DeviceQueue {
  public:
   static constexpr std::size_t kMaxWaiting = 32;             // commands
   static constexpr MonoNs kRepeat = 20 * kMillisecond;       // until acknowledged
   static constexpr MonoNs kSlowRepeat = 200 * kMillisecond;  // after a second without
   static constexpr MonoNs kAsk = 250 * kMillisecond;         // a driver that works on it
-  static constexpr MonoNs kSilentAfter = 5 * kSecond;        // a routed task without a word: INDETERMINATE
-  static constexpr MonoNs kOvertaken = 50 * kMillisecond;    // a task that waits for the journal: reads pass it
+  static constexpr MonoNs kSilentAfter = 5 * kSecond;        // a routed command without a word: INDETERMINATE
+  static constexpr MonoNs kOvertaken = 50 * kMillisecond;    // a command that waits for the journal: reads pass it
 
   DeviceQueue(const DriverLink& driver, DeviceQueueListener& output) : driver_(driver), output_(output) {}
 
   [[nodiscard]] bool IsFull() const { return waiting_.size() >= kMaxWaiting; }
-  void Push(PendingCommand task) { waiting_.push_back(std::move(task)); }
-  void PushFirst(PendingCommand task);
+  void Push(PendingCommand pending) { waiting_.push_back(std::move(pending)); }
+  void PushFirst(PendingCommand pending);
   [[nodiscard]] bool IsIdle() const { return !current_ && waiting_.empty(); }
-  // A task that an earlier bridge had routed: before any other, its driver is asked what became of it.
-  void PushRecovered(PendingCommand task);
+  // A command that an earlier bridge had routed: before any other, its driver is asked what became of it.
+  void PushRecovered(PendingCommand pending);
 
   // Who gave a command that is here and has no outcome yet.
   [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
@@ -73,13 +73,13 @@ class DeviceQueue {
   void DropWaiting(Timestamp now);
   void RouteNext(Timestamp now);
   [[nodiscard]] std::deque<PendingCommand>::iterator Next(Timestamp now);
-  [[nodiscard]] PendingCommand Take(std::deque<PendingCommand>::iterator task);
-  void Route(PendingCommand task, Timestamp now);
+  [[nodiscard]] PendingCommand Take(std::deque<PendingCommand>::iterator pending);
+  void Route(PendingCommand pending, Timestamp now);
   void Follow(Timestamp now);
-  void SendDue(PendingCommand& task, Timestamp now);
+  void SendDue(PendingCommand& pending, Timestamp now);
   void OnUnknown(const driver_status_t& status, Timestamp now);
   void OnDriverLost(std::int32_t reason, const std::string& text, Timestamp now);
-  void End(PendingCommand task, std::int8_t state, std::int32_t reason, const std::string& text, Timestamp now);
+  void End(PendingCommand pending, std::int8_t state, std::int32_t reason, const std::string& text, Timestamp now);
   PendingCommand TakeCurrent();
 
   const DriverLink& driver_;

@@ -6,9 +6,8 @@
 
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
-#include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/messages/enum_names.h"
+#include "core/alarm/alarm_codes.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
@@ -26,14 +25,13 @@ Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, Bridg
       ports_(std::move(ports)),
       now_(now),
       journal_(*ports_.journal),
-      devices_(journal_),
+      devices_(journal_, now_),
       port_(*ports_.commands, boot_id, ports_.key, now.utime),
       authority_(machine.bridge),
       watch_(boot_id, now.mono),
-      alarms_(*ports_.data, boot_id),
       axes_(devices_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
-      marks_(devices_) {
-  devices_.AdvanceTime(now.mono);
+      marks_(devices_),
+      alarms_("bridge", boot_id) {
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
@@ -56,7 +54,7 @@ void Dispatcher::Settle() {
 
 // Reads what an earlier bridge left, and reserves epochs above those of every bridge before.
 void Dispatcher::LoadJournal() {
-  if (loading_ || (loaded_ && (reserved_ || !journal_.Problem(now_.mono).empty()))) return;
+  if (loading_ || (loaded_ && (reserved_ || !journal_.Check(now_.mono)))) return;
   loading_ = true;
   std::vector<std::string> names;
   for (const BusConfig& bus : machine_.buses) {
@@ -90,7 +88,6 @@ void Dispatcher::RecoverAll(Snapshot snapshot) {
 
 void Dispatcher::Settle(Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   Settle();
 }
 
@@ -107,36 +104,34 @@ void Dispatcher::TickJournal() {
       [this](bool /*written*/) { ticking_ = false; }, now_.mono);
 }
 
-std::string Dispatcher::JournalProblem(MonoNs now) const {
-  std::string problem = journal_.Problem(now);
-  if (problem.empty() && !loaded_) problem = "it has not been read yet: send this again in a second";
-  return problem;
+Result<> Dispatcher::CheckJournal(MonoNs now) const {
+  if (Result<> usable = journal_.Check(now); !usable || loaded_) return usable;
+  return Failure("it has not been read yet: send this again in a second");
 }
 
 // A command that an earlier bridge left: one that was never sent is refused; of one that was, its driver is asked.
 void Dispatcher::Recover(const OpenCommand& command, Timestamp now) {
-  PendingCommand task = RecoveredCommand(machine_, command);
-  commands_.Begin(task.status, now.mono);
-  commands_.MarkPublished(task.status);
-  if (task.operation == nullptr || task.status.driver_boot_id == 0) {
-    GiveUp(task.status, now);
-    return EndCommand(std::move(task), now);
+  PendingCommand pending = RecoveredCommand(machine_, command);
+  commands_.Begin(pending.status, now.mono);
+  commands_.MarkPublished(pending.status);
+  if (pending.operation == nullptr || pending.status.driver_boot_id == 0) {
+    GiveUp(pending.status, now);
+    return EndCommand(std::move(pending), now);
   }
-  static_cast<void>(axes_.Substitute(*machine_.BusOf(task.device)->family, task));
-  task.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
-  task.reserved_writes = task.WritesAtMost();
-  if (task.status.state == S::STATE_INDETERMINATE) {
-    BeginOutcomeCheck(task, task.status, now);
-    if (task.status.finding != S::FINDING_NONE) Conclude(task.status, now);
+  static_cast<void>(axes_.Substitute(*machine_.BusOf(pending.device)->family, pending));
+  pending.sent_epoch = port_.epoch() + 1;  // of the first order that its driver can have of this bridge
+  pending.reserved_writes = pending.WritesAtMost();
+  if (pending.status.state == S::STATE_INDETERMINATE) {
+    BeginOutcomeCheck(pending, pending.status, now);
+    if (pending.status.finding != S::FINDING_NONE) Conclude(pending.status, now);
     return;
   }
-  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
-  queue.PushRecovered(std::move(task));
+  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(pending.device)->name), pending.device, pending.operation);
+  queue.PushRecovered(std::move(pending));
 }
 
 void Dispatcher::OnCommandStatus(Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   const auto status = DecodeMessage<command_status_t>(message);
   if (!status || status->boot_id == port_.boot_id()) return;
   const auto& key = machine_.bridge.bridge.public_key;
@@ -148,7 +143,6 @@ void Dispatcher::OnCommandStatus(Bytes message, Timestamp now) {
 
 void Dispatcher::OnDriverStatus(const std::string& channel, Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   if (!channel.starts_with(kDriverStatus)) return;
   const auto found = buses_.find(channel.substr(kDriverStatus.size()));
   if (found == buses_.end()) return;
@@ -175,22 +169,21 @@ void Dispatcher::OnHello(Bus& bus, const driver_status_t& status, Timestamp now)
   for (const driver_device_t& reported : status.devices) {
     const auto queue = bus.queues.find(reported.device);
     if (queue == bus.queues.end()) continue;
-    auto order =
+    auto command =
         axes_.OnHello(*machine_.FindDevice(reported.device), reported, status.boot_id, queue->second.IsIdle(), now);
-    if (!order) order = marks_.OnHello(reported.device, status.boot_id, now);
-    if (!order || queue->second.Holds(PendingCommand::Purpose::kRestore)) continue;
-    PendingCommand task;
-    task.purpose = PendingCommand::Purpose::kRestore;
-    task.device = reported.device;
-    task.operation = FindOperation(*bus.config->family, order->operation);
-    task.arguments = std::move(order->arguments);
-    queue->second.PushFirst(std::move(task));
+    if (!command) command = marks_.OnHello(reported.device, status.boot_id, now);
+    if (!command || queue->second.Holds(PendingCommand::Purpose::kRestore)) continue;
+    PendingCommand pending;
+    pending.purpose = PendingCommand::Purpose::kRestore;
+    pending.device = reported.device;
+    pending.operation = FindOperation(*bus.config->family, command->operation);
+    pending.arguments = std::move(command->arguments);
+    queue->second.PushFirst(std::move(pending));
   }
 }
 
 void Dispatcher::Tick(Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   TickJournal();
   Settle();
   LoadJournal();
@@ -200,29 +193,41 @@ void Dispatcher::Tick(Timestamp now) {
     for (auto& [device, queue] : bus.queues) queue.Tick(now);
   }
   Settle();
-  alarms_.Tick({.unauthorized_commands = unauthorized_.Recent(now.mono),
-                .journal_fails = !JournalProblem(now.mono).empty(),
-                .unsigned_allowed = machine_.bridge.allow_unsigned,
-                .encoder_exchanged = axes_.AnyExchanged(),
-                .place_doubtful = axes_.AnyDoubtful(),
-                .key_missing = machine_.bridge.bridge.public_key && ports_.key == nullptr,
-                .other_bridge = watch_.Other(now.mono).has_value()},
-               now);
+  PublishAlarms(now);
 }
 
-std::int64_t Dispatcher::Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) {
+// Publishes ALARM/bridge on change, at most ten times a second, and once a second.
+void Dispatcher::PublishAlarms(Timestamp now) {
+  using namespace bridge_alarms;
+  alarms_.Set(kUnauthorizedCommands, unauthorized_.Recent(now.mono), now.utime);
+  alarms_.Set(kJournalFails, !CheckJournal(now.mono), now.utime);
+  alarms_.Set(kUnsignedAllowed, machine_.bridge.allow_unsigned, now.utime);
+  alarms_.Set(kEncoderExchanged, axes_.AnyExchanged(), now.utime);
+  alarms_.Set(kPlaceDoubtful, axes_.AnyDoubtful(), now.utime);
+  alarms_.Set(kKeyMissing, machine_.bridge.bridge.public_key && ports_.key == nullptr, now.utime);
+  alarms_.Set(kOtherBridge, watch_.Other(now.mono).has_value(), now.utime);
+  const bool changed = alarms_.revision() != published_alarms_;
+  const MonoNs period = changed ? 100 * kMillisecond : kSecond;
+  if (alarms_published_at_ != 0 && now.mono - alarms_published_at_ < period) return;
+  alarms_published_at_ = now.mono;
+  published_alarms_ = alarms_.revision();
+  Publish(*ports_.data, "ALARM/bridge", alarms_.Make(now));
+}
+
+std::int64_t Dispatcher::Send(const PendingCommand& pending, std::int8_t kind, std::int32_t valid_ms,
+                              Timestamp now) {
   driver_order_t order{};
-  order.driver_boot_id = task.status.driver_boot_id;
-  const CommandId& id = task.queries_driver ? task.about : task.id;
+  order.driver_boot_id = pending.status.driver_boot_id;
+  const CommandId& id = pending.queries_driver ? pending.about : pending.id;
   std::copy(id.begin(), id.end(), std::begin(order.id));
   order.kind = kind;
   order.valid_ms = valid_ms;
-  order.device = task.device;
-  order.expect_epoch = task.expect_epoch;
-  if (task.operation != nullptr) order.operation = task.operation->name;
+  order.device = pending.device;
+  order.expect_epoch = pending.expect_epoch;
+  if (pending.operation != nullptr) order.operation = pending.operation->name;
   const bool carries = kind == driver_order_t::KIND_EXECUTE || kind == driver_order_t::KIND_PREPARE;
-  if (carries) order.arguments = task.arguments;
-  return port_.SendToDriver(machine_.BusOf(task.device)->name, std::move(order), now);
+  if (carries) order.arguments = pending.arguments;
+  return port_.SendToDriver(machine_.BusOf(pending.device)->name, std::move(order), now);
 }
 
 CommandId Dispatcher::NewId() {
@@ -235,23 +240,24 @@ CommandId Dispatcher::NewId() {
   return id;
 }
 
-Result<> Dispatcher::BeforeRoute(PendingCommand& task, Timestamp now) {
-  task.journal_state = PendingCommand::JournalState::kReady;
-  if (task.purpose != PendingCommand::Purpose::kCommand) return {};
-  const bool is_volatile = commands_.IsVolatile(task.id);
+Result<> Dispatcher::BeforeRoute(PendingCommand& pending, Timestamp now) {
+  pending.journal_state = PendingCommand::JournalState::kReady;
+  if (pending.purpose != PendingCommand::Purpose::kCommand) return {};
+  const bool is_volatile = commands_.IsVolatile(pending.id);
   if (!is_volatile) {
-    if (auto room = CheckRoom(*task.operation, now.mono); !room && room.error().reason == S::REASON_JOURNAL) {
+    if (auto room = CheckRoom(*pending.operation, now.mono); !room && room.error().reason == S::REASON_JOURNAL) {
       return room;
     }
   }
-  if (auto routable = axes_.BeforeRoute(*machine_.FindDevice(task.device), task, now); !routable) return routable;
-  if (is_volatile || (task.operation->urgent && journal_.IsFull())) return {};
-  const bool waits = !task.operation->urgent || !journal_.IsSlow(now.mono);
-  if (waits) task.journal_state = PendingCommand::JournalState::kRouted;
-  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(task.device)->name), task.device, task.operation);
-  journal_.Give([status = task.status, epoch = port_.epoch(),
+  if (auto routable = axes_.BeforeRoute(*machine_.FindDevice(pending.device), pending, now); !routable)
+    return routable;
+  if (is_volatile || (pending.operation->urgent && journal_.IsFull())) return {};
+  const bool waits = !pending.operation->urgent || !journal_.IsSlow(now.mono);
+  if (waits) pending.journal_state = PendingCommand::JournalState::kRouted;
+  DeviceQueue& queue = QueueOf(buses_.at(machine_.BusOf(pending.device)->name), pending.device, pending.operation);
+  journal_.Give([status = pending.status, epoch = port_.epoch(),
                  now](DurableStore& store) { return store.Routed(status, epoch, now); },
-                [this, id = task.id, &queue](bool written) {
+                [this, id = pending.id, &queue](bool written) {
                   queue.OnJournalled(id, PendingCommand::JournalState::kRouted, written, NotJournalled(now_.mono),
                                      now_);
                   queue.Tick(now_);
@@ -260,49 +266,49 @@ Result<> Dispatcher::BeforeRoute(PendingCommand& task, Timestamp now) {
   return {};
 }
 
-Result<> Dispatcher::CheckJournalWait(const PendingCommand& task, Timestamp now) {
-  if (now.mono - task.journal_since <= JournalQueue::kStalled) return {};
+Result<> Dispatcher::CheckJournalWait(const PendingCommand& pending, Timestamp now) {
+  if (now.mono - pending.journal_since <= JournalQueue::kStalled) return {};
   return Failure(NotJournalled(now.mono));
 }
 
-void Dispatcher::OnStep(PendingCommand& task, Timestamp now) {
-  if (task.purpose != PendingCommand::Purpose::kCommand) return;
-  const command_status_t& status = task.status;
+void Dispatcher::OnStep(PendingCommand& pending, Timestamp now) {
+  if (pending.purpose != PendingCommand::Purpose::kCommand) return;
+  const command_status_t& status = pending.status;
   commands_.Update(status);
   commands_.MarkPublished(status);
   // Routed has noted the first step already.
-  if (!commands_.IsVolatile(task.id) && status.state != S::STATE_ROUTED && !journal_.IsHalfFull()) {
+  if (!commands_.IsVolatile(pending.id) && status.state != S::STATE_ROUTED && !journal_.IsHalfFull()) {
     journal_.Ask([status, now](DurableStore& store) { return store.Step(status, now), true; }, nullptr, now.mono);
   }
   port_.PublishStatus(status, now);
 }
 
-void Dispatcher::OnEnd(PendingCommand task, Timestamp now) {
-  if (task.purpose == PendingCommand::Purpose::kOutcomeCheck) return EndOutcomeCheck(task, now);
-  if (task.purpose == PendingCommand::Purpose::kCommand) return EndCommand(std::move(task), now);
-  axes_.OnOutcome(*machine_.FindDevice(task.device), task, now);
-  marks_.OnOutcome(task);
+void Dispatcher::OnEnd(PendingCommand pending, Timestamp now) {
+  if (pending.purpose == PendingCommand::Purpose::kOutcomeCheck) return EndOutcomeCheck(pending, now);
+  if (pending.purpose == PendingCommand::Purpose::kCommand) return EndCommand(std::move(pending), now);
+  axes_.OnOutcome(*machine_.FindDevice(pending.device), pending, now);
+  marks_.OnOutcome(pending);
 }
 
-void Dispatcher::EndCommand(PendingCommand task, Timestamp now) {
-  if (const DeviceConfig* device = machine_.FindDevice(task.device)) axes_.OnOutcome(*device, task, now);
-  marks_.OnOutcome(task);
-  command_status_t& status = task.status;
+void Dispatcher::EndCommand(PendingCommand pending, Timestamp now) {
+  if (const DeviceConfig* device = machine_.FindDevice(pending.device)) axes_.OnOutcome(*device, pending, now);
+  marks_.OnOutcome(pending);
+  command_status_t& status = pending.status;
   status.is_final = 1;
-  if (task.prepare && status.state == S::STATE_SUCCEEDED) {
+  if (pending.prepare && status.state == S::STATE_SUCCEEDED) {
     const Token token = ports_.random();
     std::copy(token.begin(), token.end(), std::begin(status.token));
-    const bool substituted = task.operation->name != status.operation;
+    const bool substituted = pending.operation->name != status.operation;
     prepared_.Issue(token,
-                    {.who = task.who,
-                     .device = task.device,
+                    {.who = pending.who,
+                     .device = pending.device,
                      .operation = status.operation,
-                     .arguments = substituted ? std::vector<argument_t>{} : task.arguments,
+                     .arguments = substituted ? std::vector<argument_t>{} : pending.arguments,
                      .epoch = status.epoch_after},
                     now.mono);
   }
   if (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE)
-    BeginOutcomeCheck(task, status, now);
+    BeginOutcomeCheck(pending, status, now);
   Conclude(status, now);
 }
 
@@ -341,29 +347,29 @@ void Dispatcher::PublishOverdue() {
   }
 }
 
-void Dispatcher::BeginOutcomeCheck(const PendingCommand& task, command_status_t& status, Timestamp now) {
-  Bus& bus = buses_.at(machine_.BusOf(task.device)->name);
+void Dispatcher::BeginOutcomeCheck(const PendingCommand& pending, command_status_t& status, Timestamp now) {
+  Bus& bus = buses_.at(machine_.BusOf(pending.device)->name);
   const bool gone = status.reason_code != S::REASON_DRIVER_SILENT;
-  if (gone && IsOfRuntime(*bus.config->family, *task.operation)) {
+  if (gone && IsOfRuntime(*bus.config->family, *pending.operation)) {
     // It would have changed that driver alone, which is no more.
     status.finding = S::FINDING_NO_EFFECT_SEEN;
     return;
   }
-  if (auto finding = OutcomeCheckFor(task, *bus.config->family, now.mono + kCheckWithin)) {
-    bus.queues.at(task.device).PushFirst(std::move(*finding));
+  if (auto finding = OutcomeCheckFor(pending, *bus.config->family, now.mono + kCheckWithin)) {
+    bus.queues.at(pending.device).PushFirst(std::move(*finding));
   } else {
     status.finding = S::FINDING_CANNOT_TELL;
   }
 }
 
-void Dispatcher::EndOutcomeCheck(const PendingCommand& task, Timestamp now) {
-  if (auto again = NextOutcomeCheck(task, now.mono)) {
-    return buses_.at(machine_.BusOf(task.device)->name).queues.at(task.device).PushFirst(std::move(*again));
+void Dispatcher::EndOutcomeCheck(const PendingCommand& pending, Timestamp now) {
+  if (auto again = NextOutcomeCheck(pending, now.mono)) {
+    return buses_.at(machine_.BusOf(pending.device)->name).queues.at(pending.device).PushFirst(std::move(*again));
   }
-  const KnownCommand* const known = commands_.Find(task.about);
+  const KnownCommand* const known = commands_.Find(pending.about);
   if (known == nullptr) return;
   command_status_t outcome = known->latest;
-  AddCheckedOutcome(task, outcome);
+  AddCheckedOutcome(pending, outcome);
   Conclude(outcome, now);
 }
 

@@ -2,7 +2,6 @@
 
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_status_t.hpp>
-#include <axlecast/command_t.hpp>
 #include <axlecast/driver_status_t.hpp>
 #include <cstdint>
 #include <functional>
@@ -14,16 +13,12 @@
 #include <vector>
 
 #include "bridge/access/admission.h"
-#include "bridge/access/authority.h"
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/device_queue.h"
-#include "bridge/dispatch/peers.h"
-#include "bridge/state/alarms.h"
-#include "bridge/state/axis_state_store.h"
+#include "bridge/state/device_state.h"
 #include "bridge/state/command_store.h"
-#include "bridge/state/pending_command.h"
-#include "bridge/store/device_store.h"
 #include "bridge/store/journal_queue.h"
+#include "core/alarm/alarm_table.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
 
@@ -64,8 +59,8 @@ class Dispatcher final : private DeviceQueueListener {
   void Settle(Timestamp now);
 
   [[nodiscard]] const DuplicateBridgeDetector& watch() const { return watch_; }
-  // Why no command that changes a device is accepted; empty when all is well.
-  [[nodiscard]] std::string JournalProblem(MonoNs now) const;
+  // Fails while no command that changes a device is accepted, because of the journal.
+  [[nodiscard]] Result<> CheckJournal(MonoNs now) const;
   // Messages that could not be read, or were not from whom they should be.
   [[nodiscard]] std::int64_t unauthorized() const { return unauthorized_.count(); }
 
@@ -109,6 +104,7 @@ class Dispatcher final : private DeviceQueueListener {
   void LoadJournal();
   void RecoverAll(Snapshot snapshot);
   void TickJournal();
+  void PublishAlarms(Timestamp now);
   void Execute(IncomingCommand incoming, Timestamp now);
   void Query(const command_body_t& body, Timestamp now);
   void RefuseUnlessKnown(const command_status_t& status, const Error& refusal, Timestamp now);
@@ -116,12 +112,12 @@ class Dispatcher final : private DeviceQueueListener {
   void Cancel(const IncomingCommand& incoming, Timestamp now);
   void PublishKnown(const command_body_t& body, const std::string& text, Timestamp now);
   void Accept(IncomingCommand incoming, Timestamp now);
-  void EnqueueVolatile(const IncomingCommand& incoming, PendingCommand task, const Result<>& accepted,
+  void EnqueueVolatile(const IncomingCommand& incoming, PendingCommand pending, const Result<>& accepted,
                        Timestamp now);
   void JournalAcceptance(const IncomingCommand& incoming, DeviceQueue& queue, Timestamp now);
   void OnAccepted(DeviceQueue& queue, const command_status_t& status, bool passes,
                   const std::optional<command_status_t>& known);
-  [[nodiscard]] Result<> MakeTask(const IncomingCommand& incoming, PendingCommand& task, Timestamp now);
+  [[nodiscard]] Result<> MakePending(const IncomingCommand& incoming, PendingCommand& pending, Timestamp now);
   [[nodiscard]] Result<> CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs now) const;
   [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, MonoNs now);
   [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
@@ -129,21 +125,21 @@ class Dispatcher final : private DeviceQueueListener {
   void Refuse(command_status_t status, const Error& refusal, Timestamp now);
   void OnUnauthorized(const std::string& what, Timestamp now);
   void OnHello(Bus& bus, const driver_status_t& status, Timestamp now);
-  void EndCommand(PendingCommand task, Timestamp now);
-  void BeginOutcomeCheck(const PendingCommand& task, command_status_t& status, Timestamp now);
-  void EndOutcomeCheck(const PendingCommand& task, Timestamp now);
+  void EndCommand(PendingCommand pending, Timestamp now);
+  void BeginOutcomeCheck(const PendingCommand& pending, command_status_t& status, Timestamp now);
+  void EndOutcomeCheck(const PendingCommand& pending, Timestamp now);
   void Conclude(const command_status_t& status, Timestamp now);
   void PublishOutcome(UnpublishedOutcome& outcome);
   void PublishOverdue();
   void Recover(const OpenCommand& command, Timestamp now);
   [[nodiscard]] DeviceQueue& QueueOf(Bus& bus, const std::string& device, const OperationSpec* operation);
 
-  std::int64_t Send(const PendingCommand& task, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
+  std::int64_t Send(const PendingCommand& pending, std::int8_t kind, std::int32_t valid_ms, Timestamp now) override;
   CommandId NewId() override;
-  Result<> BeforeRoute(PendingCommand& task, Timestamp now) override;
-  Result<> CheckJournalWait(const PendingCommand& task, Timestamp now) override;
-  void OnStep(PendingCommand& task, Timestamp now) override;
-  void OnEnd(PendingCommand task, Timestamp now) override;
+  Result<> BeforeRoute(PendingCommand& pending, Timestamp now) override;
+  Result<> CheckJournalWait(const PendingCommand& pending, Timestamp now) override;
+  void OnStep(PendingCommand& pending, Timestamp now) override;
+  void OnEnd(PendingCommand pending, Timestamp now) override;
 
   const MachineConfig& machine_;
   const BridgePorts ports_;
@@ -154,11 +150,13 @@ class Dispatcher final : private DeviceQueueListener {
   CommandStore commands_;
   Authority authority_;
   DuplicateBridgeDetector watch_;
-  BridgeAlarms alarms_;
   AxisStateStore axes_;
   AlarmStateStore marks_;
   PreparedCommands prepared_;
   UnauthorizedMessageCounter unauthorized_;
+  ProgramAlarms alarms_;
+  std::int64_t published_alarms_ = -1;  // revision
+  MonoNs alarms_published_at_ = 0;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
   std::list<std::shared_ptr<Lookup>> lookups_;

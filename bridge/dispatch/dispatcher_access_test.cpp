@@ -26,7 +26,7 @@ MachineConfig SignedMachine() {
   return machine;
 }
 
-// A machine of which everything is signed; the driver's statuses are where the test says so.
+// A machine with keys. The driver's statuses are signed where the test requests it.
 class DispatcherAccessTest : public DispatcherTest {
  protected:
   DispatcherAccessTest() : DispatcherTest(SignedMachine(), SigningKey::Parse(Key("bridge").FileText())) {

@@ -1,4 +1,4 @@
-#include "bridge/state/alarms.h"
+#include "bridge/state/device_state.h"
 
 #include "bridge/dispatch/dispatcher_fixture.h"
 

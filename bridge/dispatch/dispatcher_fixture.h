@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store.h"
-#include "core/command/command_id.h"
+#include "bridge/store/memory_store_fixture.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "tests/support/counting_family.h"
@@ -59,7 +59,7 @@ class DispatcherTest : public testing::Test {
     now_.utime += time / kMicrosecond;
     bridge_->Tick(now_);
   }
-  // A second in which the driver says HELLO every 100 ms.
+  // A second in which the driver sends HELLO every 100 ms.
   void PassWithDriver(MonoNs time) {
     for (const MonoNs end = now_.mono + time; now_.mono < end; Pass(100 * kMillisecond)) Hello(driver_boot_);
   }

@@ -3,7 +3,7 @@
 #include <axlecast/driver_order_t.hpp>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store.h"
+#include "bridge/store/memory_store_fixture.h"
 #include "core/messages/message.h"
 #include "tests/support/counting_family.h"
 

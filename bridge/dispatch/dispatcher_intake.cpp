@@ -3,11 +3,11 @@
 #include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/dispatcher.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 
-// The dispatcher's way in: from a message of a client to a task in the queue of its device.
+// The dispatcher's way in: from a message of a client to a command in the queue of its device.
 namespace axlecast {
 namespace {
 
@@ -30,7 +30,6 @@ bool IsVolatile(const command_body_t& body, const OperationSpec& operation) {
 
 void Dispatcher::OnCommand(Bytes message, Timestamp now) {
   now_ = now;
-  devices_.AdvanceTime(now.mono);
   const auto envelope = DecodeMessage<command_t>(message);
   const auto body = envelope ? DecodeMessage<command_body_t>(envelope->body) : std::nullopt;
   if (!body) return OnUnauthorized("a command that cannot be read", now);
@@ -61,7 +60,7 @@ void Dispatcher::Query(const command_body_t& body, Timestamp now) {
 }
 
 // Asks the journal for a command that this bridge does not remember. It is answered within JournalQueue::kSlow, if
-// necessary with "cannot tell", so that a client finds this bridge while the disk does not respond.
+// necessary with "not known", so that a client finds this bridge while the disk does not respond.
 void Dispatcher::LookUp(const CommandId& id, decltype(Lookup::answer) answer) {
   if (journal_.IsSlow(now_.mono)) return answer(std::nullopt, false);
   if (lookups_.size() >= kMaxLookups) return;
@@ -152,25 +151,25 @@ Result<> Dispatcher::CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs 
   return {};
 }
 
-// Fills `task` for a command. Returns the refusal if the command cannot be carried out.
-Result<> Dispatcher::MakeTask(const IncomingCommand& incoming, PendingCommand& task, Timestamp now) {
+// Fills `pending` for a command. Returns the refusal if the command cannot be carried out.
+Result<> Dispatcher::MakePending(const IncomingCommand& incoming, PendingCommand& pending, Timestamp now) {
   const command_body_t& body = incoming.body;
-  task.id = IdOf(body.id);
-  task.device = body.device;
-  task.operation = incoming.validated.operation;
-  task.arguments = body.arguments;
-  task.expect_epoch = body.expect_epoch;
-  task.begin_by = incoming.validated.begin_by;
-  task.who = incoming.caller.who;
-  task.reason = CappedText(body.reason, kReasonBytes);
-  task.prepare = body.mode == command_body_t::MODE_PREPARE;
-  task.status = incoming.status;
+  pending.id = IdOf(body.id);
+  pending.device = body.device;
+  pending.operation = incoming.validated.operation;
+  pending.arguments = body.arguments;
+  pending.expect_epoch = body.expect_epoch;
+  pending.begin_by = incoming.validated.begin_by;
+  pending.who = incoming.caller.who;
+  pending.reason = CappedText(body.reason, kReasonBytes);
+  pending.prepare = body.mode == command_body_t::MODE_PREPARE;
+  pending.status = incoming.status;
   if (body.mode == command_body_t::MODE_COMMIT) {
-    const auto epoch = prepared_.Redeem(body, task.who, now.mono);
+    const auto epoch = prepared_.Redeem(body, pending.who, now.mono);
     if (!epoch) return Failure(epoch.error());
-    if (task.expect_epoch < 0) task.expect_epoch = *epoch;
+    if (pending.expect_epoch < 0) pending.expect_epoch = *epoch;
   }
-  return axes_.Substitute(*incoming.validated.bus->family, task);
+  return axes_.Substitute(*incoming.validated.bus->family, pending);
 }
 
 // Why a command cannot be noted at present; what is urgent does not wait for room in a journal.
@@ -190,33 +189,33 @@ void Dispatcher::Accept(IncomingCommand incoming, Timestamp now) {
   incoming.status.is_unsigned = incoming.caller.grant == nullptr ? 1 : 0;
   incoming.status.state = S::STATE_ACCEPTED;
   const bool is_volatile = IsVolatile(incoming.body, operation);
-  PendingCommand task;
+  PendingCommand pending;
   Result<> accepted = CheckBusy(bus, queue, now.mono);
   if (accepted && !is_volatile) accepted = CheckRoom(operation, now.mono);
-  if (accepted) accepted = MakeTask(incoming, task, now);
+  if (accepted) accepted = MakePending(incoming, pending, now);
   if (!accepted) incoming.status = Refused(incoming.status, accepted.error(), now);
-  if (is_volatile) return EnqueueVolatile(incoming, std::move(task), accepted, now);
+  if (is_volatile) return EnqueueVolatile(incoming, std::move(pending), accepted, now);
   commands_.Begin(incoming.status, incoming.validated.begin_by);
   if (accepted) {
-    task.status = incoming.status;
+    pending.status = incoming.status;
     const bool waits = !operation.urgent || !journal_.IsSlow(now.mono);
-    task.journal_state = waits ? PendingCommand::JournalState::kAccepted : PendingCommand::JournalState::kNone;
-    task.journal_since = now.mono;
-    queue.Push(std::move(task));
+    pending.journal_state = waits ? PendingCommand::JournalState::kAccepted : PendingCommand::JournalState::kNone;
+    pending.journal_since = now.mono;
+    queue.Push(std::move(pending));
   }
   JournalAcceptance(incoming, queue, now);
   queue.Tick(now);
 }
 
-void Dispatcher::EnqueueVolatile(const IncomingCommand& incoming, PendingCommand task, const Result<>& accepted,
+void Dispatcher::EnqueueVolatile(const IncomingCommand& incoming, PendingCommand pending, const Result<>& accepted,
                                  Timestamp now) {
   commands_.PutVolatile(incoming.status, incoming.validated.begin_by);
   port_.PublishStatus(incoming.status, now);
   if (!accepted) return;
   DeviceQueue& queue =
       QueueOf(buses_.at(incoming.validated.bus->name), incoming.body.device, incoming.validated.operation);
-  task.status = incoming.status;
-  queue.Push(std::move(task));
+  pending.status = incoming.status;
+  queue.Push(std::move(pending));
   queue.Tick(now);
 }
 
@@ -275,7 +274,7 @@ CommandRecord Dispatcher::RecordOf(const IncomingCommand& incoming, Timestamp no
 }
 
 Error Dispatcher::NotJournalled(MonoNs now) const {
-  return {"the journal cannot note it, so nothing is done: " + JournalProblem(now), S::REASON_JOURNAL};
+  return {"the journal cannot note it, so nothing is done: " + ErrorText(CheckJournal(now)), S::REASON_JOURNAL};
 }
 
 void Dispatcher::Refuse(command_status_t status, const Error& refusal, Timestamp now) {

@@ -1,6 +1,6 @@
 #include "bridge/dispatch/dispatcher_fixture.h"
 #include "bridge/dispatch/outcome_check.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -56,7 +56,7 @@ TEST_F(DispatcherTest, WhatReadTheSameBeforeTellsNothing) {
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
 }
 
-// A position that flickers about 0 reads differently each time: only the driver could tell whether it read so before.
+// A position that flickers about 0 reads differently each time: only the driver could compare it with the reading before.
 TEST_F(DispatcherTest, TheDriversJudgementOfBeforeDecides) {
   Send(Body(1));
   Report(Orders()[0], S::STATE_RUNNING, {{"count", "5", ""}, {"finding", "reads_as_after", ""}});
@@ -102,7 +102,7 @@ TEST_F(DispatcherTest, NothingElseIsDoneToTheDeviceBeforeTheFinding) {
   EXPECT_EQ(IdOf(Orders()[1].id), NumberedId(2));
 }
 
-// An encoder whose memory is busy says nothing of its cells: it is looked at again during the whole time promised.
+// An encoder whose memory is busy does not return its cells: it is read again during the whole time promised.
 TEST_F(DispatcherTest, ALookThatCannotReadIsRepeatedUntilItsTimeIsOver) {
   Send(Body(1));
   Report(Orders()[0], S::STATE_RUNNING, {{"count", "4", ""}});

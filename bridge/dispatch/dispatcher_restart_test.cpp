@@ -1,5 +1,5 @@
 #include "bridge/dispatch/dispatcher_fixture.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -1,5 +1,5 @@
 #include "bridge/dispatch/dispatcher_fixture.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -74,13 +74,13 @@ TEST_F(DispatcherStallTest, AfterASecondCommandsAreRefusedWithTheReason) {
   EXPECT_EQ(Of(1).reason_code, S::REASON_JOURNAL);
   EXPECT_NE(Of(1).text.find("its disk has not answered for 1."), std::string::npos) << Of(1).text;
   EXPECT_EQ(Send(Body(2)).reason_code, S::REASON_JOURNAL);
-  EXPECT_NE(bridge_->JournalProblem(now_.mono).find("has not answered"), std::string::npos);
+  EXPECT_NE(ErrorText(bridge_->CheckJournal(now_.mono)).find("has not answered"), std::string::npos);
   EXPECT_TRUE(Orders().empty());
   journal_->Recover();
   Step(10 * kMillisecond);
   EXPECT_TRUE(Orders().empty()) << "what was refused is not done when the disk recovers";
   EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_REJECTED);
-  EXPECT_EQ(bridge_->JournalProblem(now_.mono), "");
+  EXPECT_EQ(ErrorText(bridge_->CheckJournal(now_.mono)), "");
   EXPECT_EQ(Send(Body(3)).state, S::STATE_ROUTED);
 }
 
@@ -92,7 +92,7 @@ TEST_F(DispatcherStallTest, NothingIsSentBeforeThatItIsRoutedIsOnTheDisk) {
   journal_->Stall();
   Report(first, S::STATE_SUCCEEDED);
   EXPECT_TRUE(Orders().empty());
-  EXPECT_NE(Of(1).is_final, 1) << "an outcome is told when it is on the disk";
+  EXPECT_NE(Of(1).is_final, 1) << "an outcome is published when it is on the disk";
   journal_->Recover();
   Step(kMillisecond);
   EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);

@@ -1,5 +1,5 @@
 #include "bridge/dispatch/dispatcher_fixture.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -43,7 +43,7 @@ TEST_F(DispatcherTest, TheSameIdNeverActsTwice) {
   EXPECT_TRUE(Orders().empty());
 }
 
-// Validity counts on the bridge's monotonic clock: whoever sets UNIX time back brings no captured command back to life.
+// Validity counts on the bridge's monotonic clock: a captured command does not become valid again if UNIX time is set back.
 TEST_F(DispatcherTest, AUnixClockThatStepsBackRevivesNoCommand) {
   const command_body_t never_sent = Body(1);
   const command_body_t done = Body(2);

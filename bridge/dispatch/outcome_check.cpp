@@ -6,8 +6,7 @@
 #include <utility>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {
@@ -97,23 +96,23 @@ std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, con
   const OperationSpec* operation = finder.empty() ? nullptr : FindOperation(family, finder);
   if (operation == nullptr && !silent) return std::nullopt;
 
-  PendingCommand task;
-  task.purpose = PendingCommand::Purpose::kOutcomeCheck;
-  task.device = command.device;
-  task.operation = operation;
-  task.begin_by = give_up;
-  task.about = command.id;
-  task.about_boot_id = command.status.driver_boot_id;
-  task.about_epoch = command.sent_epoch;
-  task.about_silent = silent;
+  PendingCommand check;
+  check.purpose = PendingCommand::Purpose::kOutcomeCheck;
+  check.device = command.device;
+  check.operation = operation;
+  check.begin_by = give_up;
+  check.about = command.id;
+  check.about_boot_id = command.status.driver_boot_id;
+  check.about_epoch = command.sent_epoch;
+  check.about_silent = silent;
   const auto described = Described(command);
   if (operation != nullptr && described) {
     const auto& takes = operation->arguments;
     if (std::any_of(takes.begin(), takes.end(), [](const ArgumentSpec& spec) { return spec.name == "after"; })) {
-      task.arguments.push_back({"after", *described});
+      check.arguments.push_back({"after", *described});
     }
   }
-  return task;
+  return check;
 }
 
 std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, MonoNs now) {
@@ -122,11 +121,11 @@ std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, Mo
   const bool refused = found.state == S::STATE_REJECTED && IsTemporary(found.reason_code);
   const bool looked = !finding.queries_driver && finding.operation != nullptr;
   if (!looked || !(unread || refused) || now + kCheckAgain >= finding.begin_by) return std::nullopt;
-  PendingCommand task = finding;
-  task.not_before = now + kCheckAgain;
-  task.status = {};
-  task.nv_writes = 0;
-  return task;
+  PendingCommand check = finding;
+  check.not_before = now + kCheckAgain;
+  check.status = {};
+  check.nv_writes = 0;
+  return check;
 }
 
 void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome) {
@@ -154,17 +153,17 @@ void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome)
 }
 
 PendingCommand RecoveredCommand(const MachineConfig& machine, const OpenCommand& command) {
-  PendingCommand task;
-  task.status = command.record.status;
-  task.id = IdOf(task.status.id);
-  task.device = task.status.device;
-  task.arguments = command.record.arguments;
-  task.who = command.record.who;
-  task.reason = command.record.reason;
-  if (const BusConfig* bus = machine.BusOf(task.device)) {
-    task.operation = FindOperation(*bus->family, task.status.operation);
+  PendingCommand pending;
+  pending.status = command.record.status;
+  pending.id = IdOf(pending.status.id);
+  pending.device = pending.status.device;
+  pending.arguments = command.record.arguments;
+  pending.who = command.record.who;
+  pending.reason = command.record.reason;
+  if (const BusConfig* bus = machine.BusOf(pending.device)) {
+    pending.operation = FindOperation(*bus->family, pending.status.operation);
   }
-  return task;
+  return pending;
 }
 
 void GiveUp(S& status, Timestamp now) {

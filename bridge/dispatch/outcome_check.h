@@ -3,7 +3,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <optional>
 
-#include "bridge/state/pending_command.h"
+#include "bridge/state/command_store.h"
 #include "bridge/store/durable_store.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
@@ -20,10 +20,10 @@ namespace axlecast {
 inline constexpr MonoNs kCheckAgain = 500 * kMillisecond;
 [[nodiscard]] std::optional<PendingCommand> NextOutcomeCheck(const PendingCommand& finding, MonoNs now);
 
-// Adds to the command's outcome what the finished task found.
+// Adds to the command's outcome what the finished command found.
 void AddCheckedOutcome(const PendingCommand& finding, command_status_t& outcome);
 
-// The task of a command that an earlier bridge has left without outcome. Its operation is null when the machine's
+// The command of a command that an earlier bridge has left without outcome. Its operation is null when the machine's
 // file has its device or operation no more.
 [[nodiscard]] PendingCommand RecoveredCommand(const MachineConfig& machine, const OpenCommand& command);
 

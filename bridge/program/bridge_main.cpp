@@ -50,7 +50,7 @@ class BridgeProgram {
         key_(LoadBridgeKey(machine.bridge)),
         journal_([this, file = JournalFile(machine), name = machine.machine, interpose = interposers.store] {
           auto made = std::make_unique<SqliteStore>(file, name);
-          if (made->in_use()) taken_by_ = made->problem();
+          if (made->in_use()) taken_by_ = made->state().error().text;
           taken_ = made->in_use();
           std::unique_ptr<DurableStore> store = std::move(made);
           return interpose ? interpose(std::move(store)) : std::move(store);
@@ -136,8 +136,8 @@ class BridgeProgram {
     const bool other = dispatcher_.watch().Other(now.mono).has_value();
     if (!serving_ && other) {
       spdlog::error(
-          "another bridge serves this command port already: stop it, or give this machine its own "
-          "command_url or prefix");
+          "another bridge serves this command port already: stop it, or give this machine its own command_url or "
+          "prefix");
       return false;
     }
     if (!serving_ && !dispatcher_.watch().IsListening(now.mono)) {
@@ -174,7 +174,7 @@ class BridgeProgram {
 
   void ReportJournal(MonoNs now) {
     if (!serving_) return;  // it is being read
-    const std::string problem = dispatcher_.JournalProblem(now);
+    const std::string problem = ErrorText(dispatcher_.CheckJournal(now));
     if (WithoutFigures(problem) == WithoutFigures(reported_problem_)) return;
     reported_problem_ = problem;
     if (problem.empty()) {
@@ -211,8 +211,7 @@ int BridgeMain(int argc, char** argv, const BridgeInterposers& interposers) {
   CLI::App app{"Routes commands to the drivers and gives each exactly one outcome."};
   app.footer(
       "Runs until SIGTERM or SIGINT. Exit codes: 0 clean stop, 1 configuration, LCM, or another bridge on the port "
-      "or with the journal, "
-      "2 usage.");
+      "or with the journal, 2 usage.");
   app.set_version_flag("--version", AXLECAST_VERSION);
   app.add_option("--config", config, "The machine's file")->required();
   const TerminalOutput safe;

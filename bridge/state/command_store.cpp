@@ -1,8 +1,9 @@
 #include "bridge/state/command_store.h"
 
+#include <algorithm>
 #include <utility>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -14,6 +15,25 @@ bool HasEnded(const S& status) {
 }
 
 }  // namespace
+
+std::int32_t PendingCommand::WritesAtMost() const {
+  if (operation == nullptr || operation->writes == nullptr) return 0;
+  Arguments pairs;
+  for (const argument_t& argument : arguments) pairs.emplace_back(argument.key, argument.value);
+  return operation->writes(pairs);
+}
+
+std::string ArgumentOf(const PendingCommand& pending, std::string_view key) {
+  const auto found = std::find_if(pending.arguments.begin(), pending.arguments.end(),
+                                  [&](const argument_t& argument) { return argument.key == key; });
+  return found == pending.arguments.end() ? "" : found->value;
+}
+
+std::string ChangedTo(const command_status_t& status, std::string_view key) {
+  const auto found = std::find_if(status.changes.begin(), status.changes.end(),
+                                  [&](const change_t& change) { return change.key == key; });
+  return found == status.changes.end() ? "" : found->after;
+}
 
 void VolatileCommandCache::Put(const command_status_t& status, MonoNs begin_by) {
   const auto [entry, added] = commands_.insert_or_assign(IdOf(status.id), KnownCommand{status, status, begin_by});

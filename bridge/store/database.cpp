@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -55,16 +54,16 @@ std::string Remedy(int code, int system, const std::string& path) {
   }
 }
 
-std::string Problem(const std::string& path, int code, int system, const std::string& what) {
+tl::unexpected<Error> Failed(const std::string& path, int code, int system, const std::string& what) {
   const std::string remedy = Remedy(code, system, path);
   const std::string cause = system != 0 ? std::string(std::strerror(system)) : what;
-  return path + ": " + cause + (remedy.empty() ? "" : "; " + remedy);
+  return Failure(path + ": " + cause + (remedy.empty() ? "" : "; " + remedy));
 }
 
-// As Problem, for what fails before SQLite sees it.
-std::string SystemProblem(const std::string& path) { return Problem(path, SQLITE_OK, errno, ""); }
+// As Failed, for what fails before SQLite sees it.
+tl::unexpected<Error> SystemFailed(const std::string& path) { return Failed(path, SQLITE_OK, errno, ""); }
 
-std::string MakeFolders(const std::string& path) {
+Result<> MakeFolders(const std::string& path) {
   std::filesystem::path walked;
   for (const auto& part : std::filesystem::path(path).parent_path()) {
     walked /= part;
@@ -73,20 +72,20 @@ std::string MakeFolders(const std::string& path) {
     const int error = errno;  // of a folder that is there, too, where the disk is read-only
     if (stat(walked.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) continue;
     errno = error;
-    return SystemProblem(walked);
+    return SystemFailed(walked);
   }
-  return "";
+  return {};
 }
 
 // O_NONBLOCK: a FIFO under this name must not keep the bridge waiting.
-std::string CheckFile(const std::string& path, int flags) {
+Result<> CheckFile(const std::string& path, int flags) {
   const Descriptor file(open(path.c_str(), flags | O_CLOEXEC | O_NOCTTY | O_NONBLOCK, 0640));
-  if (!file.valid()) return SystemProblem(path);
+  if (!file.valid()) return SystemFailed(path);
   struct stat status {};
-  if (fstat(file.get(), &status) != 0) return SystemProblem(path);
-  if (!S_ISREG(status.st_mode)) return path + " is no regular file: name the journal's file";
-  if ((status.st_mode & S_IWOTH) != 0) return path + " can be written by everybody: chmod 640 " + path;
-  return "";
+  if (fstat(file.get(), &status) != 0) return SystemFailed(path);
+  if (!S_ISREG(status.st_mode)) return Failure(path + " is no regular file: name the journal's file");
+  if ((status.st_mode & S_IWOTH) != 0) return Failure(path + " can be written by everybody: chmod 640 " + path);
+  return {};
 }
 
 // Returns true for a copy of a journal: it has no -wal file, and this user cannot create the files that SQLite needs for a
@@ -271,21 +270,26 @@ std::string MetaText(Database& database, std::string_view key) {
   return rows.Next() ? rows.Text(0) : "";
 }
 
-std::string CheckVersion(Database& database, const std::string& path) {
+Error NoJournal(const std::string& path) {
+  return {path + " is no journal of axlecast: name another file (bridge: journal)"};
+}
+
+Result<> CheckVersion(Database& database, const std::string& path) {
   const std::string text = MetaText(database, kVersionKey);
-  if (text == std::to_string(kSchemaVersion)) return "";
-  if (!database.problem().empty()) return database.problem();
-  if (text.empty()) return path + " is no journal of axlecast: name another file (bridge: journal)";
-  return path + " was written by a newer axlecast (its version is " + text + ", this program knows " +
-         std::to_string(kSchemaVersion) + "): install that one, or name another file (bridge: journal)";
+  if (text == std::to_string(kSchemaVersion)) return {};
+  if (!database.result()) return database.result();
+  if (text.empty()) return Failure(NoJournal(path));
+  return Failure(path + " was written by a newer axlecast (its version is " + text + ", this program knows " +
+                 std::to_string(kSchemaVersion) +
+                 "): install the newer one, or name another file (bridge: journal)");
 }
 
 }  // namespace
 
-std::string PrepareFile(const std::string& path) {
-  std::string problem = ErrorText(CheckLinks(path));
-  if (problem.empty()) problem = MakeFolders(path);
-  return problem.empty() ? CheckFile(path, O_RDWR | O_CREAT) : problem;
+Result<> PrepareFile(const std::string& path) {
+  if (Result<> links = CheckLinks(path); !links) return links;
+  if (Result<> made = MakeFolders(path); !made) return made;
+  return CheckFile(path, O_RDWR | O_CREAT);
 }
 
 Rows::Rows(Rows&& other) noexcept
@@ -321,10 +325,10 @@ Database::~Database() {
   sqlite3_close(handle_);
 }
 
-std::unique_ptr<Database> Database::Open(const std::string& path, Access access, std::string& problem) {
+Result<std::unique_ptr<Database>> Database::Open(const std::string& path, Access access) {
   const bool writes = access == Access::kReadWrite;
-  problem = writes ? PrepareFile(path) : CheckFile(path, O_RDONLY);
-  if (!problem.empty()) return nullptr;
+  if (Result<> usable = writes ? PrepareFile(path) : CheckFile(path, O_RDONLY); !usable)
+    return Failure(usable.error());
   sqlite3* handle = nullptr;
   const int flags = (writes ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_URI;
   const std::string uri = Uri(path, !writes && IsStill(path) ? "?immutable=1" : "");
@@ -332,8 +336,7 @@ std::unique_ptr<Database> Database::Open(const std::string& path, Access access,
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code == SQLITE_OK && database->Begin(access)) return database;
   if (code != SQLITE_OK) database->Fail(code);
-  problem = database->problem();
-  return nullptr;
+  return Failure(database->result().error());
 }
 
 bool Database::Begin(Access access) {
@@ -342,10 +345,10 @@ bool Database::Begin(Access access) {
   sqlite3_db_config(handle_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle_, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   const auto set = [this](const char* pragma) {
-    problem_.clear();
+    result_ = {};
     Rows rows = Select(pragma);
     while (rows.Next()) continue;
-    return problem_.empty();
+    return result_.has_value();
   };
   if (access == Access::kReadOnly) return set("PRAGMA query_only = 1") && set("SELECT count(*) FROM sqlite_schema");
   // So that -wal and -shm stay: a reader may not be allowed to make them.
@@ -377,17 +380,13 @@ sqlite3_stmt* Database::Prepared(std::string_view sql, std::span<const SqlValue>
   return kept->second;
 }
 
-bool Database::Execute(std::string_view sql, std::span<const SqlValue> values) {
-  sqlite3_stmt* const statement = Prepared(sql, values);
+bool Database::Execute(std::string_view sql, std::initializer_list<SqlValue> values) {
+  sqlite3_stmt* const statement = Prepared(sql, std::span(values.begin(), values.size()));
   if (statement == nullptr) return false;
   const int code = sqlite3_step(statement);
   if (code != SQLITE_DONE && code != SQLITE_ROW) Fail(code);
   sqlite3_reset(statement);
   return code == SQLITE_DONE || code == SQLITE_ROW;
-}
-
-bool Database::Execute(std::string_view sql, std::initializer_list<SqlValue> values) {
-  return Execute(sql, std::span(values.begin(), values.size()));
 }
 
 Rows Database::Select(std::string_view sql, std::span<const SqlValue> values) {
@@ -399,13 +398,13 @@ Rows Database::Select(std::string_view sql, std::initializer_list<SqlValue> valu
 }
 
 bool Database::Transact(const std::function<bool()>& writes) {
-  problem_.clear();
+  result_ = {};
   lost_ = false;
   if (!Execute("BEGIN IMMEDIATE")) return false;
   if (writes() && Execute("COMMIT")) return true;
   if (sqlite3_get_autocommit(handle_) != 0) return false;  // rolled back already
-  const std::string problem = problem_;
-  if (Execute("ROLLBACK")) problem_ = problem;
+  const Result<> result = result_;
+  if (Execute("ROLLBACK")) result_ = result;
   return false;
 }
 
@@ -416,30 +415,29 @@ void Database::Fail(int code) {
   const int primary = code & 0xFF;
   const bool system = primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN || primary == SQLITE_PERM;
   const std::string what = handle_ == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(handle_);
-  problem_ = Problem(path_, primary, system && handle_ != nullptr ? sqlite3_system_errno(handle_) : 0, what);
+  result_ = Failed(path_, primary, system && handle_ != nullptr ? sqlite3_system_errno(handle_) : 0, what);
   lost_ = primary == SQLITE_CORRUPT || primary == SQLITE_NOTADB || code == SQLITE_READONLY_DBMOVED;
 }
 
-std::string PrepareSchema(Database& database, const std::string& path, const std::string& machine) {
+Result<> PrepareSchema(Database& database, const std::string& path, const std::string& machine) {
   const std::optional<std::int64_t> tables = CountTables(database, "%");
-  if (!tables) return database.problem();
-  if (*tables == 0) return Make(database, machine) ? "" : database.problem();
-  if (std::string problem = CheckSchema(database, path, machine); !problem.empty()) return problem;
+  if (!tables) return database.result();
+  if (*tables == 0) return Make(database, machine) ? Result<>() : database.result();
+  if (Result<> checked = CheckSchema(database, path, machine); !checked) return checked;
   const bool completed =
       database.Transact([&database] { return database.Execute(kAlarmMarks) && WriteWords(database); });
-  return completed ? "" : database.problem();
+  return completed ? Result<>() : database.result();
 }
 
-std::string CheckSchema(Database& database, const std::string& path, const std::string& machine) {
+Result<> CheckSchema(Database& database, const std::string& path, const std::string& machine) {
   const std::optional<std::int64_t> tables = CountTables(database, "meta");
-  if (!tables) return database.problem();
-  if (*tables == 0) return path + " is no journal of axlecast: name another file (bridge: journal)";
-  if (std::string problem = CheckVersion(database, path); !problem.empty()) return problem;
-  if (const std::string owner = MachineOf(database); !machine.empty() && owner != machine) {
-    return path + " is the journal of machine '" + owner + "', not of '" + machine +
-           "': name another file (bridge: journal)";
-  }
-  return "";
+  if (!tables) return database.result();
+  if (*tables == 0) return Failure(NoJournal(path));
+  if (Result<> checked = CheckVersion(database, path); !checked) return checked;
+  const std::string owner = MachineOf(database);
+  if (machine.empty() || owner == machine) return {};
+  return Failure(path + " is the journal of machine '" + owner + "', not of '" + machine +
+                 "': name another file (bridge: journal)");
 }
 
 bool HasAlarmMarks(Database& database) { return CountTables(database, "alarm_marks").value_or(0) > 0; }

@@ -11,8 +11,11 @@
 #include <string_view>
 #include <variant>
 
+#include "core/base/result.h"
+
 struct sqlite3;
 struct sqlite3_stmt;
+
 namespace axlecast {
 
 // The only file that uses SQLite.
@@ -32,7 +35,7 @@ class Rows {
   Rows& operator=(Rows&&) = delete;
   ~Rows();
 
-  // The next row, at first the first; false at their end, and when one cannot be read (Database::problem).
+  // The next row, at first the first; false at their end, and when one cannot be read (Database::result).
   [[nodiscard]] bool Next();
   // Of the present row, columns from 0. A NULL is 0 or empty.
   [[nodiscard]] std::int64_t Integer(int column) const;
@@ -48,25 +51,22 @@ class Rows {
   sqlite3_stmt* statement_;  // null: it failed before the first row
 };
 
-// Makes the folders of a file to be written (0750), and the file (0640) where it is missing. Empty, or why that file
-// cannot be used and what would help.
-[[nodiscard]] std::string PrepareFile(const std::string& path);
+// Makes the folders of a file to be written (0750), and the file (0640) if it is missing.
+[[nodiscard]] Result<> PrepareFile(const std::string& path);
 
 // One open database file. Statements are prepared once and kept.
 class Database {
  public:
   enum class Access : std::uint8_t { kReadOnly, kReadWrite };
 
-  // To be written: made where it is missing, for its owner and group only (folders 0750, the file 0640); a commit is
-  // on the disk when it returns. Read-only: never changes what it holds. Returns null if it cannot be used: `problem`
-  // then has the cause and the fix.
-  [[nodiscard]] static std::unique_ptr<Database> Open(const std::string& path, Access access, std::string& problem);
+  // Opens a file. With kReadWrite, a missing file is made, for its owner and group only (folders 0750, the file 0640), and
+  // a commit is on the disk when it returns. With kReadOnly, the content never changes.
+  [[nodiscard]] static Result<std::unique_ptr<Database>> Open(const std::string& path, Access access);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  // Executes a statement without result rows. Returns false on failure (see problem()).
-  [[nodiscard]] bool Execute(std::string_view sql, std::span<const SqlValue> values);
+  // Executes a statement without result rows. Returns false on failure (see result()).
   [[nodiscard]] bool Execute(std::string_view sql, std::initializer_list<SqlValue> values = {});
   [[nodiscard]] Rows Select(std::string_view sql, std::span<const SqlValue> values);
   [[nodiscard]] Rows Select(std::string_view sql, std::initializer_list<SqlValue> values = {});
@@ -76,8 +76,8 @@ class Database {
 
   [[nodiscard]] std::int64_t changed_rows() const;     // by the last statement
   [[nodiscard]] std::int64_t inserted_number() const;  // INTEGER PRIMARY KEY of the last row inserted
-  // The last failure: the file, the cause, and what would help.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // The last failure since the begin of the last transaction: the file, the cause, and the fix.
+  [[nodiscard]] const Result<>& result() const { return result_; }
   // Returns true if after the last failure the file must be replaced or reopened.
   [[nodiscard]] bool lost() const { return lost_; }
 
@@ -91,19 +91,19 @@ class Database {
   const std::string path_;
   sqlite3* const handle_;
   std::map<std::string, sqlite3_stmt*, std::less<>> statements_;
-  std::string problem_;
+  Result<> result_;
   bool lost_ = false;
 };
 
 // The version of the tables in the journal's file: docs/journal.md describes them.
 inline constexpr std::int64_t kSchemaVersion = 1;
 
-// Makes the tables in an empty file, or checks that these are ours, of a version that this program knows, and of
-// `machine`. Empty, or why it cannot be used and what would help.
-[[nodiscard]] std::string PrepareSchema(Database& database, const std::string& path, const std::string& machine);
+// Makes the tables in an empty file. Otherwise checks that the tables are ours, of a version that this program knows, and
+// of `machine`.
+[[nodiscard]] Result<> PrepareSchema(Database& database, const std::string& path, const std::string& machine);
 
 // The same for a reader; empty `machine`: of any.
-[[nodiscard]] std::string CheckSchema(Database& database, const std::string& path, const std::string& machine);
+[[nodiscard]] Result<> CheckSchema(Database& database, const std::string& path, const std::string& machine);
 
 // A file that no bridge has opened since these were added has none.
 [[nodiscard]] bool HasAlarmMarks(Database& database);

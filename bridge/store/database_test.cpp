@@ -19,8 +19,12 @@ using ::testing::StartsWith;
 
 class DatabaseTest : public ::testing::Test {
  protected:
-  std::unique_ptr<Database> Open(Access access = Access::kReadWrite) {
-    return Database::Open(file_, access, problem_);
+  std::unique_ptr<Database> Open(Access access = Access::kReadWrite) { return Open(file_, access); }
+  // Returns null after an error, which is then in error_.
+  std::unique_ptr<Database> Open(const std::string& file, Access access) {
+    auto opened = Database::Open(file, access);
+    error_ = ErrorText(opened);
+    return opened ? std::move(*opened) : nullptr;
   }
 
   static std::int64_t Number(Database& database, const char* sql) {
@@ -34,14 +38,14 @@ class DatabaseTest : public ::testing::Test {
 
   const TemporaryFolder folder_;
   const std::string file_ = folder_.path() + "/a/b/it's 100%?#.db";
-  std::string problem_;
+  std::string error_;
 };
 
 TEST_F(DatabaseTest, MakesFoldersAndFileForOwnerAndGroup) {
   const mode_t mask = umask(022);
   const auto database = Open();
   umask(mask);
-  ASSERT_TRUE(database) << problem_;
+  ASSERT_TRUE(database) << error_;
   EXPECT_EQ(Mode(folder_.path() + "/a"), 0750U);
   EXPECT_EQ(Mode(folder_.path() + "/a/b"), 0750U);
   EXPECT_EQ(Mode(file_), 0640U);
@@ -51,7 +55,7 @@ TEST_F(DatabaseTest, MakesFoldersAndFileForOwnerAndGroup) {
 
 TEST_F(DatabaseTest, ACommitIsOnTheDisk) {
   const auto database = Open();
-  ASSERT_TRUE(database) << problem_;
+  ASSERT_TRUE(database) << error_;
   EXPECT_EQ(Number(*database, "PRAGMA synchronous"), 2);  // https://sqlite.org/pragma.html#pragma_synchronous: FULL
   EXPECT_EQ(Number(*database, "PRAGMA foreign_keys"), 1);
   Rows rows = database->Select("PRAGMA journal_mode");
@@ -61,7 +65,7 @@ TEST_F(DatabaseTest, ACommitIsOnTheDisk) {
 
 TEST_F(DatabaseTest, KeepsEveryKindOfValue) {
   const auto database = Open();
-  ASSERT_TRUE(database) << problem_;
+  ASSERT_TRUE(database) << error_;
   ASSERT_TRUE(database->Execute("CREATE TABLE t (a, b, c, d, e)"));
   const std::string zero("a\0b", 3);
   ASSERT_TRUE(database->Execute("INSERT INTO t VALUES (?, ?, ?, ?, ?)",
@@ -81,12 +85,12 @@ TEST_F(DatabaseTest, KeepsEveryKindOfValue) {
 
 TEST_F(DatabaseTest, ATransactionIsAllOrNothing) {
   const auto database = Open();
-  ASSERT_TRUE(database) << problem_;
+  ASSERT_TRUE(database) << error_;
   ASSERT_TRUE(database->Execute("CREATE TABLE t (x UNIQUE)"));
   EXPECT_FALSE(database->Transact([&] {
     return database->Execute("INSERT INTO t VALUES (1)") && database->Execute("INSERT INTO t VALUES (1)");
   }));
-  EXPECT_THAT(database->problem(), HasSubstr("UNIQUE"));
+  EXPECT_THAT(ErrorText(database->result()), HasSubstr("UNIQUE"));
   EXPECT_FALSE(database->Transact([&] { return database->Execute("INSERT INTO t VALUES (1)") && false; }));
   EXPECT_EQ(Number(*database, "SELECT count(*) FROM t"), 0);
   EXPECT_TRUE(database->Transact([&] { return database->Execute("INSERT INTO t VALUES (1)"); }));
@@ -96,11 +100,12 @@ TEST_F(DatabaseTest, ATransactionIsAllOrNothing) {
 
 TEST_F(DatabaseTest, AFullDiskIsToldWithItsRemedy) {
   const auto database = Open();
-  ASSERT_TRUE(database) << problem_;
+  ASSERT_TRUE(database) << error_;
   ASSERT_TRUE(database->Execute("CREATE TABLE t (x)"));
   ASSERT_TRUE(database->Execute("PRAGMA max_page_count = 4"));
   EXPECT_FALSE(database->Execute("INSERT INTO t VALUES (zeroblob(100000))"));
-  EXPECT_THAT(database->problem(), StartsWith(file_ + ": database or disk is full; no room for it: make room"));
+  EXPECT_THAT(ErrorText(database->result()),
+              StartsWith(file_ + ": database or disk is full; no room for it: make room"));
   EXPECT_FALSE(database->lost());
   EXPECT_TRUE(database->Execute("INSERT INTO t VALUES (1)"));
 }
@@ -108,21 +113,21 @@ TEST_F(DatabaseTest, AFullDiskIsToldWithItsRemedy) {
 TEST_F(DatabaseTest, ALockIsToldWithItsRemedy) {
   const auto database = Open();
   const auto other = Open();
-  ASSERT_TRUE(database && other) << problem_;
+  ASSERT_TRUE(database && other) << error_;
   ASSERT_TRUE(database->Execute("CREATE TABLE t (x)"));
   ASSERT_TRUE(other->Execute("BEGIN IMMEDIATE"));
   EXPECT_FALSE(database->Transact([&] { return database->Execute("INSERT INTO t VALUES (1)"); }));
-  EXPECT_THAT(database->problem(), HasSubstr("another program keeps it locked"));
+  EXPECT_THAT(ErrorText(database->result()), HasSubstr("another program keeps it locked"));
   ASSERT_TRUE(other->Execute("ROLLBACK"));
   EXPECT_TRUE(database->Transact([&] { return database->Execute("INSERT INTO t VALUES (1)"); }));
 }
 
 TEST_F(DatabaseTest, AReaderChangesNothing) {
   const auto writer = Open();
-  ASSERT_TRUE(writer) << problem_;
+  ASSERT_TRUE(writer) << error_;
   ASSERT_TRUE(writer->Execute("CREATE TABLE t (x)"));
   const auto reader = Open(Access::kReadOnly);
-  ASSERT_TRUE(reader) << problem_;
+  ASSERT_TRUE(reader) << error_;
   EXPECT_FALSE(reader->Execute("INSERT INTO t VALUES (1)"));
   EXPECT_EQ(Number(*reader, "SELECT count(*) FROM t"), 0);
   ASSERT_TRUE(writer->Execute("INSERT INTO t VALUES (1)"));
@@ -132,7 +137,7 @@ TEST_F(DatabaseTest, AReaderChangesNothing) {
 TEST_F(DatabaseTest, ReadsWhereItMayNotWrite) {
   {
     const auto writer = Open();
-    ASSERT_TRUE(writer) << problem_;
+    ASSERT_TRUE(writer) << error_;
     ASSERT_TRUE(writer->Execute("CREATE TABLE t AS SELECT 7 AS x"));
   }
   for (const std::string& folder : {folder_.path(), folder_.path() + "/a", folder_.path() + "/a/b"}) {
@@ -142,10 +147,10 @@ TEST_F(DatabaseTest, ReadsWhereItMayNotWrite) {
   for (const bool copy : {false, true}) {  // with -wal and -shm as the bridge leaves them; the file alone
     const Unprivileged user;
     const auto reader = Open(Access::kReadOnly);
-    ASSERT_TRUE(reader) << problem_;
+    ASSERT_TRUE(reader) << error_;
     EXPECT_EQ(Number(*reader, "SELECT x FROM t"), 7) << copy;
     EXPECT_FALSE(Open());
-    EXPECT_THAT(problem_, HasSubstr("permission denied: let user"));
+    EXPECT_THAT(error_, HasSubstr("permission denied: let user"));
     if (copy) break;
     ASSERT_EQ(geteuid() == 65534 ? seteuid(0) : 0, 0);
     ASSERT_EQ(chmod((folder_.path() + "/a/b").c_str(), 0755), 0);
@@ -160,21 +165,21 @@ TEST_F(DatabaseTest, ReadsWhereItMayNotWrite) {
 
 TEST_F(DatabaseTest, RefusesWhatIsNoSuchFile) {
   EXPECT_FALSE(Open(Access::kReadOnly));
-  EXPECT_EQ(problem_, file_ + ": No such file or directory");
+  EXPECT_EQ(error_, file_ + ": No such file or directory");
   std::filesystem::create_directories(file_);
   EXPECT_FALSE(Open());
-  EXPECT_THAT(problem_, StartsWith(file_));
+  EXPECT_THAT(error_, StartsWith(file_));
   std::filesystem::remove(file_);
   ASSERT_EQ(mkfifo(file_.c_str(), 0600), 0);
   EXPECT_FALSE(Open());
-  EXPECT_THAT(problem_, HasSubstr("is no regular file"));
-  EXPECT_FALSE(Database::Open("/proc/nothing/journal.db", Access::kReadWrite, problem_));
-  EXPECT_THAT(problem_, StartsWith("/proc/nothing: No such file or directory"));
+  EXPECT_THAT(error_, HasSubstr("is no regular file"));
+  EXPECT_FALSE(Open("/proc/nothing/journal.db", Access::kReadWrite));
+  EXPECT_THAT(error_, StartsWith("/proc/nothing: No such file or directory"));
   std::filesystem::remove(file_);
   std::ofstream(file_) << "";
   ASSERT_EQ(chmod(file_.c_str(), 0666), 0);
   EXPECT_FALSE(Open());
-  EXPECT_THAT(problem_, HasSubstr("can be written by everybody: chmod 640"));
+  EXPECT_THAT(error_, HasSubstr("can be written by everybody: chmod 640"));
 }
 
 // Who owns the link decides what the bridge writes to.
@@ -184,7 +189,7 @@ TEST_F(DatabaseTest, RefusesALinkOfAnotherUser) {
   if (geteuid() != 0) return;  // has no other users
   ASSERT_EQ(lchown((folder_.path() + "/a").c_str(), 12'345, 12'345), 0);
   EXPECT_FALSE(Open());
-  EXPECT_THAT(problem_, StartsWith(folder_.path() + "/a is a symbolic link of user 12345"));
+  EXPECT_THAT(error_, StartsWith(folder_.path() + "/a is a symbolic link of user 12345"));
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path() + "/real"));
 }
 
@@ -192,7 +197,7 @@ TEST_F(DatabaseTest, WhatIsNoDatabaseIsLost) {
   std::filesystem::create_directories(std::filesystem::path(file_).parent_path());
   std::ofstream(file_) << std::string(8192, 'x');
   EXPECT_FALSE(Open());
-  EXPECT_THAT(problem_, HasSubstr("it is no SQLite database: move it away"));
+  EXPECT_THAT(error_, HasSubstr("it is no SQLite database: move it away"));
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/device/operation.h"
 
@@ -30,25 +32,6 @@ struct OpenCommand {
   std::int64_t sent_epoch = 0;  // highest bridge epoch with which it was sent
 };
 
-// The stored commands. While an id is stored, a command with this id is answered with its outcome and not executed again.
-class Journal {
- public:
-  virtual ~Journal() = default;
-
-  // Stores a command before anything is done for it. Returns false if it cannot be stored: then do not execute it.
-  [[nodiscard]] virtual bool Accepted(const CommandRecord& record, Timestamp now) = 0;
-  // Stores that it is about to be sent to a driver (status.driver_boot_id) with bridge epochs up to `epoch`. Returns false
-  // if it must not be sent.
-  [[nodiscard]] virtual bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) = 0;
-  // Stores a change of its state, progress, text or changes. The newest may be missing after a crash.
-  virtual void Step(const command_status_t& status, Timestamp now) = 0;
-  // Stores the outcome before it is published, and again when a finding is added. If it cannot be written, it is kept in
-  // memory and written as soon as possible.
-  virtual void Outcome(const command_status_t& status, Timestamp now) = 0;
-
-  [[nodiscard]] virtual std::optional<command_status_t> Find(const CommandId& id) const = 0;
-};
-
 // A datum as the bridge gives it back to a driver, and who set it.
 struct DatumRecord {
   std::int64_t number = 0;    // 1, 2, ... in the order of their setting; given by the store
@@ -60,7 +43,7 @@ struct DatumRecord {
   CommandId command{};        // that set it
   std::string reason = {};
   std::int64_t voided_utime = 0;  // us, UNIX time; 0: it was not made void
-  std::string void_reason = {};   // as given to VoidDatum
+  std::string void_reason = {};   // as given to DatumVoided
 };
 
 // Where a shaft was when it was seen last.
@@ -87,33 +70,6 @@ struct AxisEvent {
   std::string text = {};    // with the figures, for a person
 };
 
-// Durable memory of devices. False where a change could not be made durable: nothing that depends on it may be done.
-class AxisStore {
- public:
-  virtual ~AxisStore() = default;
-
-  [[nodiscard]] virtual AxisRecord Find(const std::string& device) const = 0;
-
-  [[nodiscard]] virtual bool SetDatum(const std::string& device, const DatumRecord& datum) = 0;
-  // None is in force any more; the history stays, with `why`. The position is forgotten too: it was counted from the
-  // same origin.
-  [[nodiscard]] virtual bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) = 0;
-  // Newest first, those that were voided too.
-  [[nodiscard]] virtual std::vector<DatumRecord> Datums(const std::string& device) const = 0;
-
-  // Adds to the number of writes. A negative number corrects writes that were counted and not made.
-  [[nodiscard]] virtual bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) = 0;
-  [[nodiscard]] virtual bool SetReferenceLost(const std::string& device, bool lost) = 0;
-  [[nodiscard]] virtual bool SetIdentity(const std::string& device, const std::string& identity) = 0;
-  // Another encoder from now on: no writes, no datum, no position, the reference not lost.
-  [[nodiscard]] virtual bool Exchange(const std::string& device, const std::string& identity,
-                                      std::int64_t utime) = 0;
-  // Positions, at most once a second and all together: what was kept last may be missing after a crash.
-  virtual void KeepPosition(const std::string& device, const LastPosition& position) = 0;
-
-  virtual void Note(const AxisEvent& event) = 0;
-};
-
 // An acknowledgement or a shelving of an alarm, kept until it ends.
 struct AlarmMark {
   enum class Kind : std::uint8_t { kAcknowledged, kShelved };
@@ -130,34 +86,99 @@ struct AlarmMark {
   std::int64_t known_utime = 0;     // since when, us of that driver's UNIX time
 };
 
-// Durable memory of them: one of a kind for each alarm of a device. False where it could not be made durable.
-class AlarmStore {
- public:
-  virtual ~AlarmStore() = default;
+// The reason in the history of a datum that a change of the encoder made void.
+inline constexpr const char* kExchangedReason = "the encoder was exchanged";
 
-  // In the place of the one that there is.
-  [[nodiscard]] virtual bool SetMark(const std::string& device, const AlarmMark& mark) = 0;
-  [[nodiscard]] virtual bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) = 0;
-  // In the order of their alarms.
+// No datum is in force any more. The history stays, with `why`. The position is dropped too: it was counted from the
+// same origin.
+struct DatumVoided {
+  std::int64_t utime = 0;
+  std::string why;
+};
+// Added to the number of writes. A negative number corrects writes that were counted and not made.
+struct WritesAdded {
+  std::int64_t writes = 0;
+  std::int64_t utime = 0;
+};
+struct ReferenceChanged {
+  bool lost = false;
+};
+struct IdentityChanged {
+  std::string identity;
+};
+// Another encoder from now on: no writes, no datum, no position, the reference not lost.
+struct EncoderExchanged {
+  std::string identity;
+  std::int64_t utime = 0;
+};
+struct AlarmMarkEnded {
+  AlarmMark::Kind kind = AlarmMark::Kind::kAcknowledged;
+  std::string alarm;
+};
+// A change of what is kept of a device. A DatumRecord sets the datum, an AlarmMark replaces the mark of its kind and alarm.
+using DeviceChange = std::variant<DatumRecord, DatumVoided, WritesAdded, ReferenceChanged, IdentityChanged,
+                                  EncoderExchanged, AlarmMark, AlarmMarkEnded>;
+
+// Returns false if the change leaves the record as it is, so that nothing needs to be written.
+[[nodiscard]] inline bool Alters(const DeviceChange& change, const AxisRecord& record) {
+  if (const auto* reference = std::get_if<ReferenceChanged>(&change))
+    return reference->lost != record.reference_lost;
+  if (const auto* identity = std::get_if<IdentityChanged>(&change)) return identity->identity != record.identity;
+  return true;
+}
+
+// Returns true if the position of the device is dropped by the change.
+[[nodiscard]] inline bool DropsPosition(const DeviceChange& change) {
+  return std::holds_alternative<DatumVoided>(change) || std::holds_alternative<EncoderExchanged>(change);
+}
+
+// Durable records of devices and of their alarms.
+class DeviceRecords {
+ public:
+  virtual ~DeviceRecords() = default;
+
+  // Makes a change. Returns false if it could not be made durable: do nothing that depends on it.
+  [[nodiscard]] virtual bool Apply(const std::string& device, const DeviceChange& change) = 0;
+  // Keeps a position. Positions are written together, at most once a second. The newest may be missing after a crash.
+  virtual void KeepPosition(const std::string& device, const LastPosition& position) = 0;
+  virtual void Note(const AxisEvent& event) = 0;
+
+  [[nodiscard]] virtual AxisRecord Find(const std::string& device) const = 0;
+  // Returns all datums, also those that were voided, newest first.
+  [[nodiscard]] virtual std::vector<DatumRecord> Datums(const std::string& device) const = 0;
+  // Returns the marks in the order of their alarms.
   [[nodiscard]] virtual std::vector<AlarmMark> Marks(const std::string& device) const = 0;
 };
 
 // The bridge's memory that outlives it: commands, devices and alarms, in one place so that a crash leaves them agreeing.
-class DurableStore : public Journal, public AxisStore, public AlarmStore {
+class DurableStore : public DeviceRecords {
  public:
-  using AxisStore::Find;
-  using Journal::Find;
+  using DeviceRecords::Find;
 
-  // Those that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
+  // Stores a command before anything is done for it. Returns false if it cannot be stored: then do not execute it.
+  [[nodiscard]] virtual bool Accepted(const CommandRecord& record, Timestamp now) = 0;
+  // Stores that it is about to be sent to a driver (status.driver_boot_id) with bridge epochs up to `epoch`. Returns false
+  // if it must not be sent.
+  [[nodiscard]] virtual bool Routed(const command_status_t& status, std::int64_t epoch, Timestamp now) = 0;
+  // Stores a change of its state, progress, text or changes. The newest may be missing after a crash.
+  virtual void Step(const command_status_t& status, Timestamp now) = 0;
+  // Stores the outcome before it is published, and again when a finding is added. If it cannot be written, it is kept in
+  // memory and written as soon as possible.
+  virtual void Outcome(const command_status_t& status, Timestamp now) = 0;
+
+  // While an id is stored, a command with this id is answered with its outcome and not executed again.
+  [[nodiscard]] virtual std::optional<command_status_t> Find(const CommandId& id) const = 0;
+
+  // Returns the commands that an earlier bridge left without outcome, or INDETERMINATE without finding; oldest first.
   [[nodiscard]] virtual std::vector<OpenCommand> Open() const = 0;
-  // A number above every one that was ever reserved; the next `count` from it are the caller's. 0: it cannot.
+  // Reserves `count` numbers above all that were ever reserved, and returns the first; 0 if that fails.
   [[nodiscard]] virtual std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) = 0;
-  // At least every 100 ms: writes what waits, tries again what failed.
+  // Call it at least every 100 ms: writes what waits, and retries what failed.
   virtual void Tick(Timestamp now) = 0;
-  // What was written before can be read: an id that is not found is not there.
+  // Returns true if everything that was written can be read: an id that is not found was never stored.
   [[nodiscard]] virtual bool readable() const = 0;
-  // Why nothing can be made durable at present, and what would help; empty when all is well.
-  [[nodiscard]] virtual std::string problem() const = 0;
+  // Fails while nothing can be made durable: the error is the cause and the fix.
+  [[nodiscard]] virtual Result<> state() const = 0;
 };
 
 }  // namespace axlecast

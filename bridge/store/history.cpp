@@ -9,12 +9,13 @@
 
 #include "bridge/store/database.h"
 #include "bridge/store/rows.h"
-#include "bridge/store/sqlite_devices.h"
+#include "bridge/store/sqlite_store.h"
 
 namespace axlecast {
+namespace {
 
-// SELECT with as many conditions as there are.
-class HistoryReader::Query {
+// SELECT with any number of conditions.
+class Query {
  public:
   explicit Query(std::string select) : sql_(std::move(select)) {}
 
@@ -43,32 +44,37 @@ class HistoryReader::Query {
   std::vector<SqlValue> values_;
 };
 
+}  // namespace
+
 HistoryReader::HistoryReader(const std::string& file) {
   if (access(file.c_str(), F_OK) != 0 && errno == ENOENT) {
-    problem_ = file +
-               " does not exist: the bridge writes it, where the machine's file says `bridge: journal`; has it "
-               "run, with the same user and environment?";
+    state_ = Failure(file +
+                     " does not exist: the bridge writes it, at the place that `bridge: journal` names; was the "
+                     "bridge started, with the same user and environment?");
     return;
   }
-  database_ = Database::Open(file, Database::Access::kReadOnly, problem_);
-  if (database_) problem_ = CheckSchema(*database_, file, "");
-  if (!problem_.empty()) database_.reset();
+  auto opened = Database::Open(file, Database::Access::kReadOnly);
+  state_ = opened ? CheckSchema(**opened, file, "") : Result<>(Failure(opened.error()));
+  if (state_) database_ = std::move(*opened);
 }
 
 void HistoryReader::Check() {
-  if (!database_->problem().empty()) problem_ = database_->problem();
+  if (!database_->result()) state_ = database_->result();
 }
 
 std::string HistoryReader::Machine() { return database_ ? MachineOf(*database_) : ""; }
 
-std::vector<CommandRow> HistoryReader::Select(Query& query, const HistoryFilter& filter) {
+std::vector<CommandRow> HistoryReader::Commands(const HistoryFilter& filter, const std::optional<Mark>& from,
+                                                const Mark& to) {
   std::vector<CommandRow> commands;
   if (!database_) return commands;
-  const std::string beyond = filter.id + 'g';  // behind every hex digit
-  if (!filter.id.empty()) {
-    query.Where("id >= ?", std::string_view(filter.id));
-    query.Where("id < ?", std::string_view(beyond));
+  Query query("SELECT " + std::string(kCommandColumns) + " FROM commands");
+  if (from) {
+    query.Where("number IN (SELECT command FROM steps WHERE state >= 4 AND number > ? AND number <= ?)", from->step,
+                to.step);
   }
+  const std::string beyond = filter.id + 'g';  // behind every hex digit
+  if (!filter.id.empty()) query.Where("id >= ? AND id < ?", std::string_view(filter.id), std::string_view(beyond));
   query.WhereEqual("device", filter.device);
   query.WhereEqual("operation", filter.operation);
   query.WhereEqual("who", filter.who);
@@ -78,18 +84,6 @@ std::vector<CommandRow> HistoryReader::Select(Query& query, const HistoryFilter&
   std::reverse(commands.begin(), commands.end());
   Check();
   return commands;
-}
-
-std::vector<CommandRow> HistoryReader::Commands(const HistoryFilter& filter) {
-  Query query("SELECT " + std::string(kCommandColumns) + " FROM commands");
-  return Select(query, filter);
-}
-
-std::vector<CommandRow> HistoryReader::Commands(const HistoryFilter& filter, const Mark& from, const Mark& to) {
-  Query query("SELECT " + std::string(kCommandColumns) + " FROM commands");
-  query.Where("number IN (SELECT command FROM steps WHERE state >= 4 AND number > ? AND number <= ?)", from.step,
-              to.step);
-  return Select(query, filter);
 }
 
 std::vector<CommandStep> HistoryReader::Steps(std::int64_t command_number) {
@@ -112,9 +106,12 @@ std::vector<CommandStep> HistoryReader::Steps(std::int64_t command_number) {
   return steps;
 }
 
-std::vector<AxisEvent> HistoryReader::SelectEvents(Query& query, const HistoryFilter& filter) {
+std::vector<AxisEvent> HistoryReader::Events(const HistoryFilter& filter, const std::optional<Mark>& from,
+                                             const Mark& to) {
   std::vector<AxisEvent> events;
   if (!database_) return events;
+  Query query("SELECT utime, device, kind, text FROM events");
+  if (from) query.Where("number > ? AND number <= ?", from->event, to.event);
   query.WhereEqual("device", filter.device);
   query.WhereTime("utime", filter);
   for (Rows rows = query.Run(*database_, filter.limit); rows.Next();) {
@@ -123,18 +120,6 @@ std::vector<AxisEvent> HistoryReader::SelectEvents(Query& query, const HistoryFi
   std::reverse(events.begin(), events.end());
   Check();
   return events;
-}
-
-std::vector<AxisEvent> HistoryReader::Events(const HistoryFilter& filter) {
-  Query query("SELECT utime, device, kind, text FROM events");
-  return SelectEvents(query, filter);
-}
-
-std::vector<AxisEvent> HistoryReader::Events(const HistoryFilter& filter, const Mark& from, const Mark& to) {
-  Query query("SELECT utime, device, kind, text FROM events");
-  query.Where("number > ?", from.event);
-  query.Where("number <= ?", to.event);
-  return SelectEvents(query, filter);
 }
 
 std::int64_t HistoryReader::Highest(const char* sql) {
@@ -162,7 +147,7 @@ std::vector<DeviceRecord> HistoryReader::Devices() {
 std::vector<AlarmMark> HistoryReader::AlarmMarks(const std::string& device) {
   // An older bridge's journal has none.
   if (!database_ || !HasAlarmMarks(*database_)) return {};
-  std::vector<AlarmMark> marks = AlarmMarksOf(*database_, device);
+  std::vector<AlarmMark> marks = SqliteAxes::Marks(*database_, device);
   Check();
   return marks;
 }

@@ -46,29 +46,31 @@ struct DatumHistory {
   bool in_force = false;  // else made void, or another was set after it
 };
 
+// A place in the journal: what is written later is after it.
+struct JournalMark {
+  std::int64_t step = 0;
+  std::int64_t event = 0;
+};
+
 // Reads the journal's file, while the bridge writes it or not.
 class HistoryReader {
  public:
   explicit HistoryReader(const std::string& file);
 
-  // Why it cannot be read, and what would help; empty when it could be so far.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  // Fails if the file could not be opened, or something could not be read since.
+  [[nodiscard]] const Result<>& state() const { return state_; }
   [[nodiscard]] std::string Machine();
 
-  // Oldest first.
-  [[nodiscard]] std::vector<CommandRow> Commands(const HistoryFilter& filter);
-  [[nodiscard]] std::vector<CommandStep> Steps(std::int64_t command_number);
-  // Of these only device, times and limit matter. Oldest first.
-  [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter);
-
-  // A place in what was written: commands that ended, or got their finding, and events after it are new.
-  struct Mark {
-    std::int64_t step = 0;
-    std::int64_t event = 0;
-  };
+  using Mark = JournalMark;
   [[nodiscard]] Mark Now();
-  [[nodiscard]] std::vector<CommandRow> Commands(const HistoryFilter& filter, const Mark& from, const Mark& to);
-  [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter, const Mark& from, const Mark& to);
+
+  // Return commands and events, oldest first. With `from`, only commands that ended or got their finding between `from` and
+  // `to`, and events between both. Of the filter, events use only device, times and limit.
+  [[nodiscard]] std::vector<CommandRow> Commands(const HistoryFilter& filter, const std::optional<Mark>& from = {},
+                                                 const Mark& to = {});
+  [[nodiscard]] std::vector<AxisEvent> Events(const HistoryFilter& filter, const std::optional<Mark>& from = {},
+                                              const Mark& to = {});
+  [[nodiscard]] std::vector<CommandStep> Steps(std::int64_t command_number);
 
   [[nodiscard]] std::vector<DeviceRecord> Devices();
   // What was reported of its alarms, and holds.
@@ -77,14 +79,11 @@ class HistoryReader {
   [[nodiscard]] std::vector<DatumHistory> Datums(const std::string& device);
 
  private:
-  class Query;
-  [[nodiscard]] std::vector<CommandRow> Select(Query& query, const HistoryFilter& filter);
-  [[nodiscard]] std::vector<AxisEvent> SelectEvents(Query& query, const HistoryFilter& filter);
   [[nodiscard]] std::int64_t Highest(const char* sql);
   void Check();
 
   std::unique_ptr<Database> database_;
-  std::string problem_;
+  Result<> state_;
 };
 
 }  // namespace axlecast

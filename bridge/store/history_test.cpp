@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "bridge/store/store_fixture.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -24,7 +24,7 @@ class HistoryTest : public StoreTest {
   }
   std::vector<int> Find(const HistoryFilter& filter) {
     HistoryReader reader(file_);
-    EXPECT_EQ(reader.problem(), "");
+    EXPECT_EQ(ErrorText(reader.state()), "");
     return Numbers(reader.Commands(filter));
   }
 
@@ -78,7 +78,7 @@ TEST_F(HistoryTest, FollowsOutcomesFindingsAndEvents) {
   const auto store = Six();
   HistoryReader reader(file_);
   HistoryReader::Mark from = reader.Now();
-  EXPECT_THAT(Numbers(reader.Commands({}, {}, from)), ElementsAre(2, 5));
+  EXPECT_THAT(Numbers(reader.Commands({}, HistoryReader::Mark{}, from)), ElementsAre(2, 5));
   store->Outcome(Moved(Command(1).status, S::STATE_INDETERMINATE), At(10));
   store->Note({kStart, "axis1", "moved_while_off", "text"});
   ASSERT_TRUE(store->Accepted(Command(7), At(10)));
@@ -98,11 +98,11 @@ TEST_F(HistoryTest, FollowsOutcomesFindingsAndEvents) {
 
 TEST_F(HistoryTest, DevicesAndTheirDatums) {
   const auto store = OpenStore();
-  ASSERT_TRUE(store->SetDatum("axis1", {.counts = 1, .utime = kStart, .who = "plc"}));
-  ASSERT_TRUE(store->VoidDatum("axis1", kStart + 1, "zeroed"));
-  ASSERT_TRUE(store->SetDatum("axis1", {.counts = 2, .utime = kStart + 2}));
-  ASSERT_TRUE(store->SetDatum("axis1", {.counts = 3, .utime = kStart + 3}));
-  ASSERT_TRUE(store->AddWrites("axis0", 5, kStart));
+  ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 1, .utime = kStart, .who = "plc"}));
+  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart + 1, "zeroed"}));
+  ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 2, .utime = kStart + 2}));
+  ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 3, .utime = kStart + 3}));
+  ASSERT_TRUE(store->Apply("axis0", WritesAdded{5, kStart}));
   store->Note({kStart + 5, "axis1", "moved_while_off", "by 0.7 turns"});
   HistoryReader reader(file_);
   const auto devices = reader.Devices();
@@ -126,17 +126,16 @@ TEST_F(HistoryTest, DevicesAndTheirDatums) {
 
 TEST_F(HistoryTest, SaysWhyThereIsNothingToRead) {
   HistoryReader missing(file_);
-  EXPECT_THAT(missing.problem(),
-              HasSubstr(file_ + " does not exist: the bridge writes it, where the machine's file "
-                                "says `bridge: journal`"));
+  EXPECT_THAT(ErrorText(missing.state()),
+              HasSubstr(file_ + " does not exist: the bridge writes it, at the place that `bridge: journal`"));
   EXPECT_TRUE(missing.Commands({}).empty());
   EXPECT_TRUE(missing.Devices().empty());
   EXPECT_EQ(missing.Now().step, 0);
   std::filesystem::create_directories(std::filesystem::path(file_).parent_path());
   std::ofstream(file_) << "";
-  EXPECT_THAT(HistoryReader(file_).problem(), HasSubstr("is no journal of axlecast"));
+  EXPECT_THAT(ErrorText(HistoryReader(file_).state()), HasSubstr("is no journal of axlecast"));
   EXPECT_EQ(Ask("CREATE TABLE meta (key, value); INSERT INTO meta VALUES ('schema_version', 9)"), "");
-  EXPECT_THAT(HistoryReader(file_).problem(), HasSubstr("newer axlecast"));
+  EXPECT_THAT(ErrorText(HistoryReader(file_).state()), HasSubstr("newer axlecast"));
 }
 
 TEST_F(HistoryTest, DamageIsToldAndNoCrash) {
@@ -152,7 +151,7 @@ TEST_F(HistoryTest, DamageIsToldAndNoCrash) {
   HistoryReader reader(file_);
   static_cast<void>(reader.Commands({}));
   static_cast<void>(reader.Devices());
-  EXPECT_THAT(reader.problem(), HasSubstr("it is damaged"));
+  EXPECT_THAT(ErrorText(reader.state()), HasSubstr("it is damaged"));
 }
 
 }  // namespace

@@ -71,56 +71,54 @@ JournalGuard::Guard JournalGuard::ReadGuard() const {
   return {static_cast<std::int64_t>(id), static_cast<std::int64_t>(changes)};
 }
 
-std::string JournalGuard::Missing() const {
-  return path_ + " is missing or empty, but " + guard_path_ +
-         " shows that there was a journal: put it, or a backup, back; or remove " + guard_path_ +
-         " to begin an empty one without datums (docs/journal.md)";
-}
-
-std::string JournalGuard::Take() {
-  if (Replaced()) return ReplacedProblem();
-  if (file_.valid() && IdentityOf(path_) == identity_) return "";
+Result<> JournalGuard::Take() {
+  if (Replaced()) return Failure(ReplacedError());
+  if (file_.valid() && IdentityOf(path_) == identity_) return {};
   file_.Reset();
   struct stat status {};
   const bool absent = stat(path_.c_str(), &status) != 0 ? errno == ENOENT : status.st_size == 0;
-  if (absent && ReadGuard().id != 0) return Missing();
-  if (std::string problem = PrepareFile(path_); !problem.empty()) return problem;
+  if (absent && ReadGuard().id != 0) {
+    return Failure(path_ + " is missing or empty, but " + guard_path_ +
+                   " shows that there was a journal: put it, or a backup, back; or remove " + guard_path_ +
+                   " to begin an empty one without datums (docs/journal.md)");
+  }
+  if (Result<> prepared = PrepareFile(path_); !prepared) return prepared;
   Descriptor file(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
-  if (!file.valid() || fstat(file.get(), &status) != 0) return path_ + ": " + std::strerror(errno);
+  if (!file.valid() || fstat(file.get(), &status) != 0) return Failure(path_ + ": " + std::strerror(errno));
   held_by_other_ = flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   if (held_by_other_) {
-    return path_ + " is the journal of another bridge, which runs: " + LockHolder(status.st_ino) +
-           "; stop that one, or give this machine a journal of its own (bridge: journal)";
+    return Failure(path_ + " is the journal of another bridge, which runs: " + LockHolder(status.st_ino) +
+                   "; stop the other bridge, or give this machine a journal of its own (bridge: journal)");
   }
   file_ = std::move(file);
   identity_ = {status.st_dev, status.st_ino};
-  return "";
+  return {};
 }
 
-std::string JournalGuard::Compare(Database& database) const {
+Result<> JournalGuard::Compare(Database& database) const {
   const Guard guard = ReadGuard();
-  if (guard.id == 0) return "";
+  if (guard.id == 0) return {};
   const std::string accept =
       "; or remove " + guard_path_ +
-      " to go on with this one: then check every datum (axlecast datum show, docs/journal.md)";
+      " to continue with this one: then check every datum (axlecast datum show, docs/journal.md)";
   if (MetaInteger(database, kIdKey) != guard.id) {
-    return path_ + " is not the journal that was used last: put that one back" + accept;
+    return Failure(path_ + " is not the journal that was used last: put the right one back" + accept);
   }
   const std::int64_t missing = guard.changes - MetaInteger(database, kChangesKey);
-  if (missing <= 0) return "";
-  return path_ + " is older than what the bridge has written (" + std::to_string(missing) +
-         " changes are missing): put the newer one back" + accept;
+  if (missing <= 0) return {};
+  return Failure(path_ + " is older than what the bridge has written (" + std::to_string(missing) +
+                 " changes are missing): put the newer one back" + accept);
 }
 
-std::string JournalGuard::PushRecovered(Database& database) {
+Result<> JournalGuard::Begin(Database& database) {
   changes_ = MetaInteger(database, kChangesKey);
   id_ = MetaInteger(database, kIdKey);
-  if (id_ != 0) return "";
+  if (id_ != 0) return {};
   id_ = RandomId();
   const bool written = database.Transact([&] {
     return database.Execute(kSetMeta, {std::string_view(kIdKey), id_});
   });
-  return written ? "" : database.problem();
+  return written ? Result<>() : database.result();
 }
 
 bool JournalGuard::Count(Database& database) {
@@ -150,11 +148,10 @@ bool JournalGuard::Replaced() const {
   return used_ && (IdentityOf(path_) != identity_ || (log_.inode != 0 && IdentityOf(path_ + "-wal") != log_));
 }
 
-std::string JournalGuard::ReplacedProblem() const {
-  return path_ +
-         " (or its -wal) was deleted, moved or replaced while the bridge used it: put it back; or stop the bridge "
-         "and "
-         "restore a backup (docs/journal.md)";
+Error JournalGuard::ReplacedError() const {
+  return {path_ +
+          " (or its -wal) was deleted, moved or replaced while the bridge used it: put it back; or stop the bridge "
+          "and restore a backup (docs/journal.md)"};
 }
 
 }  // namespace axlecast

@@ -17,23 +17,23 @@ class JournalGuard {
  public:
   explicit JournalGuard(std::string path) : path_(std::move(path)), guard_path_(path_ + "-guard") {}
 
-  // Makes the file where there has never been one, and takes the lock, which goes with the process. Empty, or why the
-  // file cannot be used and what would help. Before the database is opened.
-  [[nodiscard]] std::string Take();
+  // Makes the file if there has never been one, and takes the lock, which ends with the process. Call it before the
+  // database is opened.
+  [[nodiscard]] Result<> Take();
   // Another process holds the lock.
   [[nodiscard]] bool held_by_other() const { return held_by_other_; }
 
-  // Whether this open database is the one that bridges have written last. Empty, or why not and what would help.
-  [[nodiscard]] std::string Compare(Database& database) const;
-  // From now on this database is written: one for which Compare had no objection. Empty, or why it cannot be.
-  [[nodiscard]] std::string PushRecovered(Database& database);
+  // Checks that this open database is the one that bridges have written last.
+  [[nodiscard]] Result<> Compare(Database& database) const;
+  // Begins to write this database, which Compare has accepted.
+  [[nodiscard]] Result<> Begin(Database& database);
   // In a transaction, first of all: counts the change. False when the file was changed by somebody else.
   [[nodiscard]] bool Count(Database& database);
   // The transaction was committed.
   void Committed();
   // The file, or -wal, is no longer the one that was opened: deleted, or another was put in its place.
   [[nodiscard]] bool Replaced() const;
-  [[nodiscard]] std::string ReplacedProblem() const;
+  [[nodiscard]] Error ReplacedError() const;
 
  private:
   struct Identity {
@@ -49,7 +49,6 @@ class JournalGuard {
   [[nodiscard]] static Identity IdentityOf(const std::string& path);
   [[nodiscard]] Guard ReadGuard() const;
   void WriteGuard();
-  [[nodiscard]] std::string Missing() const;
 
   const std::string path_;
   const std::string guard_path_;

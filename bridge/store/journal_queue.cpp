@@ -1,6 +1,8 @@
 #include "bridge/store/journal_queue.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 namespace axlecast {
@@ -11,12 +13,12 @@ bool JournalQueue::WriteBacklog(Backlog& backlog, DurableStore& store) {
 }
 
 void JournalQueue::Run(std::function<bool(DurableStore&, Backlog&)> work, Done done, MonoNs now) {
-  auto result = std::make_shared<Result>();
-  pending_.push_back({result, std::move(done), now});
-  worker_.Run([result, work = std::move(work), backlog = backlog_](DurableStore& store) {
-    result->written = work(store, *backlog);
-    result->problem = store.problem();
-    result->unwritten = backlog->size();
+  auto finished = std::make_shared<Finished>();
+  pending_.push_back({finished, std::move(done), now});
+  worker_.Run([finished, work = std::move(work), backlog = backlog_](DurableStore& store) {
+    finished->written = work(store, *backlog);
+    finished->store_state = store.state();
+    finished->unwritten = backlog->size();
   });
 }
 
@@ -39,7 +41,7 @@ void JournalQueue::Ask(Work work, Done done, MonoNs now) {
   Run(
       [work = std::move(work)](DurableStore& store, Backlog& backlog) {
         const bool answer = work(store);
-        if (store.problem().empty()) WriteBacklog(backlog, store);
+        if (store.state()) WriteBacklog(backlog, store);
         return answer;
       },
       std::move(done), now);
@@ -50,9 +52,9 @@ void JournalQueue::Settle() {
     for (; finished > 0 && !pending_.empty(); --finished) {
       const Pending pending = std::move(pending_.front());
       pending_.pop_front();
-      problem_ = pending.result->problem;
-      unwritten_ = pending.result->unwritten;
-      if (pending.done) pending.done(pending.result->written);
+      store_state_ = pending.finished->store_state;
+      unwritten_ = pending.finished->unwritten;
+      if (pending.done) pending.done(pending.finished->written);
     }
   }
 }
@@ -61,17 +63,18 @@ MonoNs JournalQueue::Age(MonoNs now) const { return pending_.empty() ? 0 : now -
 
 bool JournalQueue::IsFull() const { return pending_.size() + unwritten_ >= kMaxWaiting; }
 
-std::string JournalQueue::Problem(MonoNs now) const {
+Result<> JournalQueue::Check(MonoNs now) const {
   if (IsStalled(now)) {
     const std::int64_t tenths = Age(now) / (100 * kMillisecond);
-    return "its disk has not answered for " + std::to_string(tenths / 10) + '.' + std::to_string(tenths % 10) +
-           " s: look at the kernel's log (dmesg) and at what else writes to that disk";
+    return Failure("its disk has not answered for " + std::to_string(tenths / 10) + '.' +
+                   std::to_string(tenths % 10) +
+                   " s: look at the kernel's log (dmesg) and at what else writes to that disk");
   }
   if (IsFull()) {
-    return std::to_string(kMaxWaiting) +
-           " changes wait to be written: its disk is too slow (iostat -x), or has failed";
+    return Failure(std::to_string(kMaxWaiting) +
+                   " changes wait to be written: its disk is too slow (iostat -x), or has failed");
   }
-  return problem_;
+  return store_state_;
 }
 
 JournalThread::JournalThread(std::function<std::unique_ptr<DurableStore>()> make)
@@ -127,6 +130,97 @@ void JournalThread::Loop(const std::function<std::unique_ptr<DurableStore>()>& m
   store.reset();
   lock.lock();
   ended_ = true;
+}
+
+void DeviceMemory::Load(const std::string& device, const DeviceRecords& store) {
+  axes_[device] = store.Find(device);
+  datums_[device] = store.Datums(device);
+  for (const DatumRecord& datum : datums_[device]) newest_ = std::max(newest_, datum.number);
+  for (const AlarmMark& mark : store.Marks(device)) marks_[{device, mark.kind, mark.alarm}] = mark;
+}
+
+AxisRecord DeviceMemory::Find(const std::string& device) const {
+  const auto found = axes_.find(device);
+  return found == axes_.end() ? AxisRecord{} : found->second;
+}
+
+void DeviceMemory::SetDatum(const std::string& device, const DatumRecord& datum) {
+  auto& datums = datums_[device];
+  DatumRecord& kept = *datums.insert(datums.begin(), datum);
+  kept.number = ++newest_;
+  kept.voided_utime = 0;
+  kept.void_reason.clear();
+  axes_[device].datum = kept;
+}
+
+void DeviceMemory::VoidDatum(const std::string& device, const DatumVoided& voided) {
+  AxisRecord& axis = axes_[device];
+  for (DatumRecord& datum : datums_[device]) {
+    if (!axis.datum || datum.number != axis.datum->number) continue;
+    datum.voided_utime = voided.utime;
+    datum.void_reason = voided.why;
+  }
+  axis.datum.reset();
+  axis.position.reset();
+}
+
+bool DeviceMemory::Apply(const std::string& device, const DeviceChange& change) {
+  AxisRecord& axis = axes_[device];
+  const auto apply = [&](const auto& one) {
+    using Change = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<Change, DatumRecord>) {
+      SetDatum(device, one);
+    } else if constexpr (std::is_same_v<Change, DatumVoided>) {
+      VoidDatum(device, one);
+    } else if constexpr (std::is_same_v<Change, WritesAdded>) {
+      axis.writes = std::max<std::int64_t>(axis.writes + one.writes, 0);
+      if (axis.since_utime == 0) axis.since_utime = one.utime;
+    } else if constexpr (std::is_same_v<Change, ReferenceChanged>) {
+      axis.reference_lost = one.lost;
+    } else if constexpr (std::is_same_v<Change, IdentityChanged>) {
+      axis.identity = one.identity;
+    } else if constexpr (std::is_same_v<Change, EncoderExchanged>) {
+      VoidDatum(device, {one.utime, kExchangedReason});
+      axis = {.identity = one.identity, .since_utime = one.utime};
+    } else if constexpr (std::is_same_v<Change, AlarmMark>) {
+      marks_[{device, one.kind, one.alarm}] = one;
+    } else {
+      marks_.erase({device, one.kind, one.alarm});
+    }
+  };
+  std::visit(apply, change);
+  return true;
+}
+
+std::vector<DatumRecord> DeviceMemory::Datums(const std::string& device) const {
+  const auto found = datums_.find(device);
+  return found == datums_.end() ? std::vector<DatumRecord>{} : found->second;
+}
+
+std::vector<AlarmMark> DeviceMemory::Marks(const std::string& device) const {
+  std::vector<AlarmMark> found;
+  for (const auto& [key, mark] : marks_) {
+    if (std::get<0>(key) == device) found.push_back(mark);
+  }
+  return found;
+}
+
+bool DeviceStore::Apply(const std::string& device, const DeviceChange& change) {
+  if (!Alters(change, memory_.Find(device))) return true;
+  if (queue_.IsFull() || !memory_.Apply(device, change)) return false;
+  queue_.Keep([=](DurableStore& store) { return store.Apply(device, change); }, now_.mono);
+  if (DropsPosition(change)) positions_.erase(device);
+  return true;
+}
+
+void DeviceStore::KeepPosition(const std::string& device, const LastPosition& position) {
+  memory_.KeepPosition(device, position);
+  positions_[device] = position;
+}
+
+void DeviceStore::Note(const AxisEvent& event) {
+  if (queue_.IsHalfFull()) return;
+  queue_.Give([event](DurableStore& store) { return store.Note(event), true; }, nullptr, now_.mono);
 }
 
 }  // namespace axlecast

@@ -2,12 +2,17 @@
 
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "bridge/store/durable_store.h"
 #include "core/base/time.h"
@@ -63,18 +68,18 @@ class JournalQueue {
   [[nodiscard]] bool IsOverfull() const { return pending_.size() >= 2 * kMaxWaiting; }
   // Less important work (progress, events) leaves the other half of the room to commands.
   [[nodiscard]] bool IsHalfFull() const { return pending_.size() >= kMaxWaiting / 2; }
-  // Why nothing can be made durable at present, and what would help; empty when all is well.
-  [[nodiscard]] std::string Problem(MonoNs now) const;
+  // Fails while nothing can be made durable: the error is the cause and the fix.
+  [[nodiscard]] Result<> Check(MonoNs now) const;
 
  private:
   // What a piece of work leaves for the caller's thread.
-  struct Result {
+  struct Finished {
     bool written = false;
-    std::string problem;
+    Result<> store_state;
     std::size_t unwritten = 0;
   };
   struct Pending {
-    std::shared_ptr<const Result> result;
+    std::shared_ptr<const Finished> finished;
     Done done;
     MonoNs given;
   };
@@ -87,7 +92,7 @@ class JournalQueue {
   JournalWorker& worker_;
   std::deque<Pending> pending_;
   const std::shared_ptr<Backlog> backlog_ = std::make_shared<Backlog>();
-  std::string problem_;
+  Result<> store_state_;
   std::size_t unwritten_ = 0;
 };
 
@@ -121,6 +126,61 @@ class JournalThread final : public JournalWorker {
   bool stopping_ = false;
   bool ended_ = false;
   std::thread thread_;  // last: it uses all of the others
+};
+
+// Records of devices in memory, by the same rules as the journal's tables. Every change succeeds.
+class DeviceMemory final : public DeviceRecords {
+ public:
+  // Copies all that `store` (the journal) holds of a device.
+  void Load(const std::string& device, const DeviceRecords& store);
+
+  [[nodiscard]] bool Apply(const std::string& device, const DeviceChange& change) override;
+  void KeepPosition(const std::string& device, const LastPosition& position) override {
+    axes_[device].position = position;
+  }
+  void Note(const AxisEvent& /*event*/) override {}
+  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
+  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
+  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
+
+ private:
+  void SetDatum(const std::string& device, const DatumRecord& datum);
+  void VoidDatum(const std::string& device, const DatumVoided& voided);
+
+  std::map<std::string, AxisRecord> axes_;
+  std::map<std::string, std::vector<DatumRecord>> datums_;  // newest first
+  std::int64_t newest_ = 0;                                 // number of the newest datum of all
+  std::map<std::tuple<std::string, AlarmMark::Kind, std::string>, AlarmMark> marks_;
+};
+
+// Records of devices for the dispatcher, answered from memory and written by the journal's thread. Apply returns true if
+// the change is kept and will be written, in order, as soon as possible. It returns false and changes nothing if too many
+// changes wait already. What must be durable first waits for a later Give of the same queue.
+class DeviceStore final : public DeviceRecords {
+ public:
+  // `now`: time of the present call; it must outlive the store, like `queue`.
+  DeviceStore(JournalQueue& queue, const Timestamp& now) : queue_(queue), now_(now) {}
+
+  void Load(DeviceMemory memory) { memory_ = std::move(memory); }
+  // Returns the positions that were kept since the last call, to be written with the next Tick of the journal.
+  [[nodiscard]] std::map<std::string, LastPosition> TakePositions() { return std::exchange(positions_, {}); }
+
+  [[nodiscard]] bool Apply(const std::string& device, const DeviceChange& change) override;
+  void KeepPosition(const std::string& device, const LastPosition& position) override;
+  void Note(const AxisEvent& event) override;
+  [[nodiscard]] AxisRecord Find(const std::string& device) const override { return memory_.Find(device); }
+  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override {
+    return memory_.Datums(device);
+  }
+  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override {
+    return memory_.Marks(device);
+  }
+
+ private:
+  JournalQueue& queue_;
+  DeviceMemory memory_;
+  std::map<std::string, LastPosition> positions_;
+  const Timestamp& now_;
 };
 
 }  // namespace axlecast

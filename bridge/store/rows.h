@@ -17,8 +17,7 @@ namespace axlecast {
 inline constexpr std::string_view kCommandColumns =
     "number, id, accepted_utime, begin_by_utime, device, operation, arguments, reason, who, key_id, is_unsigned, "
     "body_digest, bridge_boot_id, driver_boot_id, sent_epoch, state, verified, finding, reason_code, text, "
-    "progress, "
-    "token, started_utime, finished_utime, epoch_after, changes";
+    "progress, token, started_utime, finished_utime, epoch_after, changes";
 
 struct CommandRow {
   std::int64_t number = 0;
@@ -46,8 +45,7 @@ inline constexpr std::string_view kDatumColumns =
 // NULL).
 inline constexpr std::string_view kAxisColumns =
     "a.identity, a.reference_lost, a.writes, a.since_utime, a.position_counts, a.position_utime, d.number, "
-    "d.counts, "
-    "d.utime, d.identity, d.value, d.who, d.command, d.reason, d.voided_utime, d.voided_why";
+    "d.counts, d.utime, d.identity, d.value, d.who, d.command, d.reason, d.voided_utime, d.voided_why";
 inline constexpr std::string_view kAxisTables = "axes a LEFT JOIN datums d ON d.number = a.datum";
 
 [[nodiscard]] DatumRecord DatumOf(const Rows& row, int first_column);

@@ -1,10 +1,9 @@
-#include "bridge/store/sqlite_devices.h"
+#include "bridge/store/sqlite_store.h"
 
 #include <algorithm>
 
 #include "bridge/store/rows.h"
-#include "core/command/command_id.h"
-#include "core/messages/enum_names.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -26,33 +25,66 @@ AlarmMark MarkOf(const Rows& row) {
           .known_utime = row.Integer(9)};
 }
 
-}  // namespace
+// Writes a change to the tables. Each function returns false if that fails.
+struct Writer {
+  Database& database;
+  const std::string& device;
 
-bool SetAlarmMark(Database& database, const std::string& device, const AlarmMark& mark) {
-  const std::string command = IdText(mark.command);
-  return database.Execute(
-      "INSERT OR REPLACE INTO alarm_marks (device, kind, alarm, utime, until_utime, up_to, who, reason, command, "
-      "driver_boot_id, known_utime) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-      {device, KindName(mark.kind), mark.alarm, mark.utime, mark.until_utime, mark.up_to, mark.who, mark.reason,
-       command, mark.driver_boot_id, mark.known_utime});
-}
-
-bool EndAlarmMark(Database& database, const std::string& device, Kind kind, const std::string& alarm) {
-  return database.Execute("DELETE FROM alarm_marks WHERE device = ? AND kind = ? AND alarm = ?",
-                          {device, KindName(kind), alarm});
-}
-
-std::vector<AlarmMark> AlarmMarksOf(Database& database, const std::string& device) {
-  std::vector<AlarmMark> marks;
-  for (Rows rows = database.Select(
-           "SELECT kind, alarm, utime, until_utime, up_to, who, reason, command, driver_boot_id, known_utime "
-           "FROM alarm_marks WHERE device = ? ORDER BY kind, alarm",
-           {device});
-       rows.Next();) {
-    marks.push_back(MarkOf(rows));
+  bool operator()(const DatumRecord& datum) const {
+    const std::string command = datum.command == CommandId{} ? "" : IdText(datum.command);
+    return database.Execute(
+               "INSERT INTO datums (device, utime, counts, value, identity, who, command, reason) VALUES (?, ?, ?, "
+               "?, ?, ?, ?, ?)",
+               {device, datum.utime, datum.counts, datum.value, datum.identity, datum.who, command,
+                datum.reason}) &&
+           SetAxis("datum", database.inserted_number());
   }
-  return marks;
-}
+  bool operator()(const DatumVoided& voided) const {
+    return database.Execute(
+               "UPDATE datums SET voided_utime = ?, voided_why = ? WHERE number = (SELECT datum FROM axes WHERE "
+               "device = ?)",
+               {voided.utime, voided.why, device}) &&
+           database.Execute(
+               "UPDATE axes SET datum = NULL, position_counts = NULL, position_utime = NULL WHERE device = ?",
+               {device});
+  }
+  bool operator()(const WritesAdded& added) const {
+    return database.Execute(
+        "INSERT INTO axes (device, writes, since_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO UPDATE SET writes "
+        "= max(writes + excluded.writes, 0), since_utime = iif(since_utime = 0, excluded.since_utime, since_utime)",
+        {device, added.writes, added.utime});
+  }
+  bool operator()(const ReferenceChanged& reference) const {
+    return SetAxis("reference_lost", std::int64_t{reference.lost ? 1 : 0});
+  }
+  bool operator()(const IdentityChanged& changed) const { return SetAxis("identity", changed.identity); }
+  bool operator()(const EncoderExchanged& exchanged) const {
+    return (*this)(DatumVoided{exchanged.utime, kExchangedReason}) &&
+           database.Execute("INSERT OR REPLACE INTO axes (device, identity, since_utime) VALUES (?, ?, ?)",
+                            {device, exchanged.identity, exchanged.utime});
+  }
+  bool operator()(const AlarmMark& mark) const {
+    return database.Execute(
+        "INSERT OR REPLACE INTO alarm_marks (device, kind, alarm, utime, until_utime, up_to, who, reason, command, "
+        "driver_boot_id, known_utime) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        {device, KindName(mark.kind), mark.alarm, mark.utime, mark.until_utime, mark.up_to, mark.who, mark.reason,
+         IdText(mark.command), mark.driver_boot_id, mark.known_utime});
+  }
+  bool operator()(const AlarmMarkEnded& ended) const {
+    return database.Execute("DELETE FROM alarm_marks WHERE device = ? AND kind = ? AND alarm = ?",
+                            {device, KindName(ended.kind), ended.alarm});
+  }
+
+ private:
+  [[nodiscard]] bool SetAxis(const std::string& column, const SqlValue& value) const {
+    return database.Execute("INSERT INTO axes (device, " + column +
+                                ") VALUES (?, ?) ON CONFLICT (device) DO UPDATE SET " + column + " = excluded." +
+                                column,
+                            {device, value});
+  }
+};
+
+}  // namespace
 
 AxisRecord SqliteAxes::Find(Database* database, const std::string& device) const {
   static const std::string kSelect =
@@ -74,56 +106,20 @@ std::vector<DatumRecord> SqliteAxes::Datums(Database& database, const std::strin
   return datums;
 }
 
-bool SqliteAxes::SetDatum(Database& database, const std::string& device, const DatumRecord& datum) {
-  const std::string command = datum.command == CommandId{} ? "" : IdText(datum.command);
-  return database.Execute(
-             "INSERT INTO datums (device, utime, counts, value, identity, who, command, reason) "
-             "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-             {device, datum.utime, datum.counts, datum.value, datum.identity, datum.who, command, datum.reason}) &&
-         database.Execute(
-             "INSERT INTO axes (device, datum) VALUES (?, ?) ON CONFLICT (device) DO UPDATE SET datum = "
-             "excluded.datum",
-             {device, database.inserted_number()});
+std::vector<AlarmMark> SqliteAxes::Marks(Database& database, const std::string& device) {
+  std::vector<AlarmMark> marks;
+  for (Rows rows =
+           database.Select("SELECT kind, alarm, utime, until_utime, up_to, who, reason, command, driver_boot_id, "
+                           "known_utime FROM alarm_marks WHERE device = ? ORDER BY kind, alarm",
+                           {device});
+       rows.Next();) {
+    marks.push_back(MarkOf(rows));
+  }
+  return marks;
 }
 
-bool SqliteAxes::VoidDatum(Database& database, const std::string& device, std::int64_t utime,
-                           const std::string& why) {
-  return database.Execute(
-             "UPDATE datums SET voided_utime = ?, voided_why = ? "
-             "WHERE number = (SELECT datum FROM axes WHERE device = ?)",
-             {utime, why, device}) &&
-         database.Execute(
-             "UPDATE axes SET datum = NULL, position_counts = NULL, position_utime = NULL WHERE device = ?",
-             {device});
-}
-
-bool SqliteAxes::AddWrites(Database& database, const std::string& device, std::int64_t writes, std::int64_t utime) {
-  return database.Execute(
-      "INSERT INTO axes (device, writes, since_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO UPDATE SET "
-      "writes = max(writes + excluded.writes, 0), "
-      "since_utime = iif(since_utime = 0, excluded.since_utime, since_utime)",
-      {device, writes, utime});
-}
-
-bool SqliteAxes::SetReferenceLost(Database& database, const std::string& device, bool lost) {
-  return database.Execute(
-      "INSERT INTO axes (device, reference_lost) VALUES (?, ?) "
-      "ON CONFLICT (device) DO UPDATE SET reference_lost = excluded.reference_lost",
-      {device, std::int64_t{lost ? 1 : 0}});
-}
-
-bool SqliteAxes::SetIdentity(Database& database, const std::string& device, const std::string& identity) {
-  return database.Execute(
-      "INSERT INTO axes (device, identity) VALUES (?, ?) "
-      "ON CONFLICT (device) DO UPDATE SET identity = excluded.identity",
-      {device, identity});
-}
-
-bool SqliteAxes::Exchange(Database& database, const std::string& device, const std::string& identity,
-                          std::int64_t utime) {
-  return VoidDatum(database, device, utime, "the encoder was exchanged") &&
-         database.Execute("INSERT OR REPLACE INTO axes (device, identity, since_utime) VALUES (?, ?, ?)",
-                          {device, identity, utime});
+bool SqliteAxes::Apply(Database& database, const std::string& device, const DeviceChange& change) {
+  return std::visit(Writer{database, device}, change);
 }
 
 void SqliteAxes::Forget(const std::string& device) {
@@ -151,10 +147,10 @@ bool SqliteAxes::WriteWaiting(Database& database, Positions which) {
   batch_.clear();
   for (const auto& [device, position] : positions_) {
     if (which == Positions::kNone || (which == Positions::kMoved && !IsWorthWriting(device, position))) continue;
-    if (!database.Execute("INSERT INTO axes (device, position_counts, position_utime) VALUES (?, ?, ?) "
-                          "ON CONFLICT (device) DO UPDATE SET position_counts = excluded.position_counts, "
-                          "position_utime = excluded.position_utime",
-                          {device, position.counts, position.utime})) {
+    if (!database.Execute(
+            "INSERT INTO axes (device, position_counts, position_utime) VALUES (?, ?, ?) ON CONFLICT (device) DO "
+            "UPDATE SET position_counts = excluded.position_counts, position_utime = excluded.position_utime",
+            {device, position.counts, position.utime})) {
       return false;
     }
     batch_.push_back(device);

@@ -39,9 +39,9 @@ class SqliteAlarmsTest : public StoreTest {
 
 TEST_F(SqliteAlarmsTest, MarksAreKeptWholeAcrossACrash) {
   const auto store = OpenStore();
-  ASSERT_TRUE(store->SetMark("axis1", Mark(Kind::kAcknowledged)));
-  ASSERT_TRUE(store->SetMark("axis1", Mark(Kind::kShelved)));
-  ASSERT_TRUE(store->SetMark("axis2", Mark(Kind::kShelved)));
+  ASSERT_TRUE(store->Apply("axis1", Mark(Kind::kAcknowledged)));
+  ASSERT_TRUE(store->Apply("axis1", Mark(Kind::kShelved)));
+  ASSERT_TRUE(store->Apply("axis2", Mark(Kind::kShelved)));
   const auto marks = SqliteStore(Copy(), "press3").Marks("axis1");
   ASSERT_EQ(marks.size(), 2);
   ExpectSame(marks[0], Mark(Kind::kAcknowledged));
@@ -50,15 +50,15 @@ TEST_F(SqliteAlarmsTest, MarksAreKeptWholeAcrossACrash) {
 
 TEST_F(SqliteAlarmsTest, OneOfAKindTheNewest) {
   const auto store = OpenStore();
-  ASSERT_TRUE(store->SetMark("axis1", Mark(Kind::kShelved)));
+  ASSERT_TRUE(store->Apply("axis1", Mark(Kind::kShelved)));
   AlarmMark other = Mark(Kind::kShelved);
   other.who = "local";
-  ASSERT_TRUE(store->SetMark("axis1", other));
+  ASSERT_TRUE(store->Apply("axis1", other));
   ASSERT_EQ(store->Marks("axis1").size(), 1);
   EXPECT_EQ(store->Marks("axis1")[0].who, "local");
-  ASSERT_TRUE(store->EndMark("axis1", Kind::kAcknowledged, "battery_error"));  // there is none
+  ASSERT_TRUE(store->Apply("axis1", AlarmMarkEnded{Kind::kAcknowledged, "battery_error"}));  // does not exist
   EXPECT_EQ(store->Marks("axis1").size(), 1);
-  ASSERT_TRUE(store->EndMark("axis1", Kind::kShelved, "battery_error"));
+  ASSERT_TRUE(store->Apply("axis1", AlarmMarkEnded{Kind::kShelved, "battery_error"}));
   EXPECT_TRUE(store->Marks("axis1").empty());
 }
 
@@ -67,10 +67,10 @@ TEST_F(SqliteAlarmsTest, AJournalFromBeforeGetsTheTable) {
   EXPECT_EQ(Ask("DROP TABLE alarm_marks"), "");
   HistoryReader reader(file_);
   EXPECT_TRUE(reader.AlarmMarks("axis1").empty());
-  EXPECT_EQ(reader.problem(), "");
+  EXPECT_EQ(ErrorText(reader.state()), "");
   const auto store = OpenStore();
-  EXPECT_EQ(store->problem(), "");
-  ASSERT_TRUE(store->SetMark("axis1", Mark(Kind::kShelved)));
+  EXPECT_EQ(ErrorText(store->state()), "");
+  ASSERT_TRUE(store->Apply("axis1", Mark(Kind::kShelved)));
   ASSERT_EQ(HistoryReader(file_).AlarmMarks("axis1").size(), 1);
 }
 
@@ -101,7 +101,7 @@ TEST_F(SqliteAxesTest, NothingIsKnownAtFirst) {
 
 TEST_F(SqliteAxesTest, ADatumIsKeptWholeAcrossACrash) {
   const auto store = OpenStore();
-  ASSERT_TRUE(store->SetDatum("axis1", Datum(INT64_MIN)));
+  ASSERT_TRUE(store->Apply("axis1", Datum(INT64_MIN)));
   const AxisRecord axis = SqliteStore(Copy(), "press3").Find("axis1");
   ASSERT_TRUE(axis.datum);
   EXPECT_EQ(axis.datum->number, 1);
@@ -117,14 +117,14 @@ TEST_F(SqliteAxesTest, ADatumIsKeptWholeAcrossACrash) {
 
 TEST_F(SqliteAxesTest, HistoryHoldsThoseThatWereVoidedToo) {
   const auto store = OpenStore();
-  ASSERT_TRUE(store->SetDatum("axis1", Datum(10)));
-  ASSERT_TRUE(store->SetDatum("axis2", Datum(11)));
-  ASSERT_TRUE(store->SetDatum("axis1", Datum(12)));
+  ASSERT_TRUE(store->Apply("axis1", Datum(10)));
+  ASSERT_TRUE(store->Apply("axis2", Datum(11)));
+  ASSERT_TRUE(store->Apply("axis1", Datum(12)));
   EXPECT_EQ(store->Find("axis1").datum->counts, 12);
-  ASSERT_TRUE(store->VoidDatum("axis1", kStart, "zeroed in the device"));
+  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart, "zeroed in the device"}));
   EXPECT_FALSE(store->Find("axis1").datum);
-  ASSERT_TRUE(store->VoidDatum("axis1", kStart + 1, "again")) << "there is none";
-  ASSERT_TRUE(store->VoidDatum("axis9", kStart + 1, "unknown"));
+  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart + 1, "again"})) << "no datum is in force";
+  ASSERT_TRUE(store->Apply("axis9", DatumVoided{kStart + 1, "unknown"}));
   const auto datums = OpenStore()->Datums("axis1");
   ASSERT_EQ(datums.size(), 2U);
   EXPECT_EQ(datums[0].counts, 12);
@@ -136,28 +136,28 @@ TEST_F(SqliteAxesTest, HistoryHoldsThoseThatWereVoidedToo) {
 
 TEST_F(SqliteAxesTest, WritesAddUpSinceTheFirst) {
   auto store = OpenStore();
-  ASSERT_TRUE(store->AddWrites("axis1", 3, kStart + 1));
-  ASSERT_TRUE(store->AddWrites("axis1", 4, kStart + 2));
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{3, kStart + 1}));
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{4, kStart + 2}));
   store.reset();
   store = OpenStore();
   EXPECT_EQ(store->Find("axis1").writes, 7);
   EXPECT_EQ(store->Find("axis1").since_utime, kStart + 1);
-  ASSERT_TRUE(store->AddWrites("axis1", -2, kStart + 3));  // counted beforehand, and not made
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{-2, kStart + 3}));  // counted before, and not made
   EXPECT_EQ(store->Find("axis1").writes, 5);
-  ASSERT_TRUE(store->AddWrites("axis1", -9, kStart + 4));
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{-9, kStart + 4}));
   EXPECT_EQ(store->Find("axis1").writes, 0);
 }
 
 TEST_F(SqliteAxesTest, AnExchangeBeginsAnew) {
   auto store = OpenStore();
-  ASSERT_TRUE(store->SetDatum("axis1", Datum(10)));
-  ASSERT_TRUE(store->AddWrites("axis1", 3, kStart));
-  ASSERT_TRUE(store->SetReferenceLost("axis1", true));
-  ASSERT_TRUE(store->SetIdentity("axis1", "17 SN0042"));
+  ASSERT_TRUE(store->Apply("axis1", Datum(10)));
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{3, kStart}));
+  ASSERT_TRUE(store->Apply("axis1", ReferenceChanged{true}));
+  ASSERT_TRUE(store->Apply("axis1", IdentityChanged{"17 SN0042"}));
   store->KeepPosition("axis1", {.counts = 5, .utime = kStart});
   EXPECT_TRUE(store->Find("axis1").reference_lost);
   EXPECT_EQ(store->Find("axis1").identity, "17 SN0042");
-  ASSERT_TRUE(store->Exchange("axis1", "17 SN0043", kStart + 9));
+  ASSERT_TRUE(store->Apply("axis1", EncoderExchanged{"17 SN0043", kStart + 9}));
   store.reset();
   store = OpenStore();
   const AxisRecord axis = store->Find("axis1");
@@ -169,8 +169,8 @@ TEST_F(SqliteAxesTest, AnExchangeBeginsAnew) {
   EXPECT_FALSE(axis.datum);
   EXPECT_EQ(store->Datums("axis1").size(), 1U);
   EXPECT_EQ(Ask("SELECT voided_why FROM datums"), "the encoder was exchanged\n");
-  ASSERT_TRUE(store->SetReferenceLost("axis1", true));
-  ASSERT_TRUE(store->SetReferenceLost("axis1", false));
+  ASSERT_TRUE(store->Apply("axis1", ReferenceChanged{true}));
+  ASSERT_TRUE(store->Apply("axis1", ReferenceChanged{false}));
   EXPECT_FALSE(OpenStore()->Find("axis1").reference_lost);
 }
 

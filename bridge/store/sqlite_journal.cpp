@@ -1,11 +1,11 @@
-#include "bridge/store/sqlite_journal.h"
+#include "bridge/store/sqlite_store.h"
 
 #include <algorithm>
 #include <string>
 #include <utility>
 
 #include "bridge/store/rows.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {
@@ -27,8 +27,8 @@ bool SameStep(const command_status_t& one, const command_status_t& other) {
 
 bool InsertStep(Database& database, const std::string& id, const command_status_t& status, std::int64_t utime) {
   return database.Execute(
-      "INSERT INTO steps (command, utime, state, verified, finding, reason_code, text, progress, changes) "
-      "SELECT number, ?, ?, ?, ?, ?, ?, ?, ? FROM commands WHERE id = ?",
+      "INSERT INTO steps (command, utime, state, verified, finding, reason_code, text, progress, changes) SELECT "
+      "number, ?, ?, ?, ?, ?, ?, ?, ? FROM commands WHERE id = ?",
       {utime, std::int64_t{status.state}, std::int64_t{status.verified}, std::int64_t{status.finding},
        std::int64_t{status.reason_code}, status.text, static_cast<double>(status.progress),
        ChangesText(status.changes), id});
@@ -39,11 +39,9 @@ bool InsertCommand(Database& database, const std::string& id, const CommandRecor
   const command_status_t& status = record.status;
   return database.Execute(
       "INSERT INTO commands (id, accepted_utime, begin_by_utime, device, operation, arguments, reason, who, "
-      "key_id, "
-      "is_unsigned, body_digest, bridge_boot_id, driver_boot_id, sent_epoch, state, verified, finding, "
-      "reason_code, "
-      "text, progress, token, started_utime, finished_utime, epoch_after, changes) "
-      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, ?, 0, 0, 0, '', 0, '', 0, 0, -1, '[]')",
+      "key_id, is_unsigned, body_digest, bridge_boot_id, driver_boot_id, sent_epoch, state, verified, finding, "
+      "reason_code, text, progress, token, started_utime, finished_utime, epoch_after, changes) VALUES (?, ?, ?, "
+      "?, ?, ?, ?, ?, ?, ?, ?, ?, 0, 0, ?, 0, 0, 0, '', 0, '', 0, 0, -1, '[]')",
       {id, record.utime, record.begin_by_utime, status.device, status.operation, ArgumentsText(record.arguments),
        record.reason, record.who, record.key_id, std::int64_t{status.is_unsigned}, status.body_digest,
        record.bridge_boot_id, std::int64_t{status.state}});
@@ -52,9 +50,8 @@ bool InsertCommand(Database& database, const std::string& id, const CommandRecor
 bool SetStatus(Database& database, const std::string& id, const command_status_t& status, std::int64_t sent_epoch) {
   return database.Execute(
       "UPDATE commands SET driver_boot_id = ?, sent_epoch = max(sent_epoch, ?), state = ?, verified = ?, finding = "
-      "?, "
-      "reason_code = ?, text = ?, progress = ?, token = ?, started_utime = ?, finished_utime = ?, epoch_after = ?, "
-      "changes = ? WHERE id = ?",
+      "?, reason_code = ?, text = ?, progress = ?, token = ?, started_utime = ?, finished_utime = ?, epoch_after = "
+      "?, changes = ? WHERE id = ?",
       {status.driver_boot_id, sent_epoch, std::int64_t{status.state}, std::int64_t{status.verified},
        std::int64_t{status.finding}, std::int64_t{status.reason_code}, status.text,
        static_cast<double>(status.progress), TokenText(status), status.started_utime, status.finished_utime,

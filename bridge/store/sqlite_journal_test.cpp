@@ -24,7 +24,7 @@ TEST_F(SqliteJournalTest, AnswersWhatItWasToldAlsoAfterARestart) {
   CommandRecord record = Command(1);
   record.status.is_unsigned = 1;
   auto store = OpenStore();
-  ASSERT_EQ(store->problem(), "");
+  ASSERT_EQ(ErrorText(store->state()), "");
   ASSERT_TRUE(store->Accepted(record, At(0)));
   store->Outcome(last, At(1));
   for (int restart = 0; restart < 2; ++restart) {
@@ -67,7 +67,7 @@ TEST_F(SqliteJournalTest, AnIdIsAcceptedOnce) {
   EXPECT_FALSE(store->Accepted(Command(1), At(3)));
   EXPECT_EQ(store->Find(NumberedId(1))->device, "axis1");
   EXPECT_EQ(store->Find(NumberedId(1))->state, S::STATE_FAILED);
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
 }
 
 TEST_F(SqliteJournalTest, OneThatWasRefusedIsNotedWithItsOutcome) {

@@ -5,8 +5,7 @@
 #include <utility>
 
 #include "bridge/store/database.h"
-#include "bridge/store/sqlite_devices.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
@@ -37,31 +36,34 @@ SqliteStore::~SqliteStore() {
 }
 
 void SqliteStore::OpenFile() {
-  database_.reset();
-  problem_ = guard_.Take();
-  if (problem_.empty()) database_ = Database::Open(file_, Database::Access::kReadWrite, problem_);
-  if (database_) problem_ = PrepareSchema(*database_, file_, machine_);
-  if (database_ && problem_.empty()) problem_ = guard_.Compare(*database_);
-  if (database_ && problem_.empty()) problem_ = guard_.PushRecovered(*database_);
-  writable_ = database_ && problem_.empty();
+  state_ = OpenToWrite();
+  writable_ = state_.has_value();
   if (!writable_) OpenToRead();
+}
+
+Result<> SqliteStore::OpenToWrite() {
+  database_.reset();
+  if (Result<> taken = guard_.Take(); !taken) return taken;
+  auto opened = Database::Open(file_, Database::Access::kReadWrite);
+  if (!opened) return Failure(opened.error());
+  database_ = std::move(*opened);
+  if (Result<> prepared = PrepareSchema(*database_, file_, machine_); !prepared) return prepared;
+  if (Result<> same = guard_.Compare(*database_); !same) return same;
+  return guard_.Begin(*database_);
 }
 
 // What is not the journal that was written last is not read either: its datums are of another time.
 void SqliteStore::OpenToRead() {
   database_.reset();
   if (guard_.Replaced()) return;
-  std::string problem;  // problem_ has the cause already
-  database_ = Database::Open(file_, Database::Access::kReadOnly, problem);
-  if (!database_) return;
-  if (!CheckSchema(*database_, file_, machine_).empty() || !guard_.Compare(*database_).empty()) {
-    database_.reset();
-  }
+  auto opened = Database::Open(file_, Database::Access::kReadOnly);
+  if (!opened || !CheckSchema(**opened, file_, machine_) || !guard_.Compare(**opened)) return;
+  database_ = std::move(*opened);
 }
 
 // Deleted or replaced while it was open: it would be written, and nobody would find it.
 void SqliteStore::LookAfterFile(Timestamp now) {
-  if (writable_ && database_->lost()) Fail();
+  if (writable_ && database_->lost()) GiveUp(database_->result().error());
   if (now.mono < look_again_) return;
   look_again_ = now.mono + kCheckAgain;
   if (writable_ && !guard_.Replaced()) return;
@@ -71,7 +73,7 @@ void SqliteStore::LookAfterFile(Timestamp now) {
 bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions positions) {
   if (!writable_) return false;
   if (guard_.Replaced()) {
-    GiveUp(guard_.ReplacedProblem());
+    GiveUp(guard_.ReplacedError());
     return false;
   }
   bool counted = false;
@@ -81,24 +83,23 @@ bool SqliteStore::Commit(const Writes& writes, const CommandId* first, Positions
            writes(*database_);
   });
   if (!written) {
-    Fail();
-    if (!counted && problem_.empty()) GiveUp(file_ + " was changed by another program: stop that one");
+    state_ = database_->result();
+    if (database_->lost()) {
+      GiveUp(state_.error());
+    } else if (!counted && state_) {
+      GiveUp({file_ + " was changed by another program: stop the other program"});
+    }
     return false;
   }
   guard_.Committed();
   journal_.Written();
   axes_.Written();
-  problem_.clear();
+  state_ = {};
   return true;
 }
 
-void SqliteStore::Fail() {
-  problem_ = database_->problem();
-  if (database_->lost()) GiveUp(problem_);
-}
-
-void SqliteStore::GiveUp(std::string problem) {
-  problem_ = std::move(problem);
+void SqliteStore::GiveUp(Error error) {
+  state_ = Failure(std::move(error));
   writable_ = false;
   database_.reset();
 }
@@ -135,14 +136,10 @@ std::optional<command_status_t> SqliteStore::Find(const CommandId& id) const {
 
 AxisRecord SqliteStore::Find(const std::string& device) const { return axes_.Find(database_.get(), device); }
 
-bool SqliteStore::SetDatum(const std::string& device, const DatumRecord& datum) {
-  return Commit([&](Database& database) { return SqliteAxes::SetDatum(database, device, datum); });
-}
-
-bool SqliteStore::VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) {
-  if (!Commit([&](Database& database) { return SqliteAxes::VoidDatum(database, device, utime, why); }))
-    return false;
-  axes_.Forget(device);
+bool SqliteStore::Apply(const std::string& device, const DeviceChange& change) {
+  if (writable_ && !Alters(change, Find(device))) return true;
+  if (!Commit([&](Database& database) { return SqliteAxes::Apply(database, device, change); })) return false;
+  if (DropsPosition(change)) axes_.Forget(device);
   return true;
 }
 
@@ -150,42 +147,8 @@ std::vector<DatumRecord> SqliteStore::Datums(const std::string& device) const {
   return database_ ? SqliteAxes::Datums(*database_, device) : std::vector<DatumRecord>();
 }
 
-bool SqliteStore::AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) {
-  return Commit([&](Database& database) { return SqliteAxes::AddWrites(database, device, writes, utime); });
-}
-
-bool SqliteStore::SetReferenceLost(const std::string& device, bool lost) {
-  if (writable_ && Find(device).reference_lost == lost) return true;
-  return Commit([&](Database& database) { return SqliteAxes::SetReferenceLost(database, device, lost); });
-}
-
-bool SqliteStore::SetIdentity(const std::string& device, const std::string& identity) {
-  if (writable_ && Find(device).identity == identity) return true;
-  return Commit([&](Database& database) { return SqliteAxes::SetIdentity(database, device, identity); });
-}
-
-bool SqliteStore::Exchange(const std::string& device, const std::string& identity, std::int64_t utime) {
-  if (!Commit([&](Database& database) { return SqliteAxes::Exchange(database, device, identity, utime); })) {
-    return false;
-  }
-  axes_.Forget(device);
-  return true;
-}
-
-bool SqliteStore::SetMark(const std::string& device, const AlarmMark& mark) {
-  return Commit([&](Database& database) { return SetAlarmMark(database, device, mark); });
-}
-
-bool SqliteStore::EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) {
-  return Commit([&](Database& database) { return EndAlarmMark(database, device, kind, alarm); });
-}
-
 std::vector<AlarmMark> SqliteStore::Marks(const std::string& device) const {
-  return database_ ? AlarmMarksOf(*database_, device) : std::vector<AlarmMark>();
-}
-
-void SqliteStore::KeepPosition(const std::string& device, const LastPosition& position) {
-  axes_.Keep(device, position);
+  return database_ ? SqliteAxes::Marks(*database_, device) : std::vector<AlarmMark>();
 }
 
 void SqliteStore::Note(const AxisEvent& event) {
@@ -219,7 +182,7 @@ void SqliteStore::Tick(Timestamp now) {
   LookAfterFile(now);
   if (!writable_ || now.mono < write_again_) return;
   const bool positions = now.mono >= positions_again_ && axes_.positions_wait();
-  const bool failed = !problem_.empty();
+  const bool failed = !state_.has_value();
   if (!positions && !failed && !journal_.waits() && !axes_.events_wait()) return;
   if (positions) positions_again_ = now.mono + kPositionPeriod;
   const bool written =

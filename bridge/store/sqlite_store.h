@@ -1,23 +1,119 @@
 #pragma once
 
+#include <cstddef>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "bridge/store/database.h"
 #include "bridge/store/durable_store.h"
 #include "bridge/store/journal_guard.h"
-#include "bridge/store/sqlite_devices.h"
-#include "bridge/store/sqlite_journal.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 
+// The commands of SqliteStore: the tables `commands` and `steps`, and what waits to be written there.
+class SqliteJournal {
+ public:
+  // Commands that are done although they could not be noted (urgent ones), or of which nobody knows whether they
+  // were: so many are remembered until they can be written, then the oldest is forgotten.
+  static constexpr std::size_t kMaxUnnoted = 10'000;
+  // Commands written in one transaction, so that none keeps the bridge waiting.
+  static constexpr std::size_t kBatch = 200;
+
+  // In a transaction. False when it cannot be written.
+  [[nodiscard]] bool Insert(Database& database, const CommandRecord& record, Timestamp now);
+  // After its transaction: what is noted for this id from now on belongs to a command of this bridge.
+  void Began(const CommandId& id) { own_.insert(id); }
+  // It could not be inserted; what is noted for it all the same is written later.
+  void Refused(const CommandRecord& record);
+
+  // Keeps the state of a command until it is written. `epoch` 0: it was not sent again. Returns false if there is no such
+  // command. If `database` is null, this is not known, and the state is kept.
+  bool Note(Database* database, const command_status_t& status, std::int64_t epoch, Timestamp now);
+
+  // In a transaction: some of what waits, `first` in any case. Written() follows when it was committed.
+  [[nodiscard]] bool WriteWaiting(Database& database, const CommandId* first);
+  void Written();
+  [[nodiscard]] bool waits() const { return !waiting_.empty(); }
+
+  // `database` may be null.
+  [[nodiscard]] std::optional<command_status_t> Find(Database* database, const CommandId& id) const;
+  // Those without outcome that are not of this bridge.
+  [[nodiscard]] std::vector<OpenCommand> Open(Database& database) const;
+
+ private:
+  struct Step {
+    std::int64_t utime;
+    command_status_t status;
+  };
+  // Of one command, not written yet.
+  struct Waiting {
+    std::optional<CommandRecord> record;  // when the table has no row of it
+    command_status_t status;
+    std::int64_t sent_epoch = 0;  // 0: as the table has it
+    std::vector<Step> steps;
+  };
+
+  [[nodiscard]] std::optional<CommandRecord> TakeRefused(const CommandId& id);
+  Waiting& Keep(const CommandId& id, Waiting waiting);
+  [[nodiscard]] static bool Write(Database& database, const CommandId& id, const Waiting& waiting);
+
+  std::map<CommandId, Waiting> waiting_;
+  std::vector<CommandId> batch_;
+  std::set<CommandId> own_;  // accepted by this object, without outcome
+  std::map<CommandId, CommandRecord> refused_;
+  std::deque<CommandId> refused_order_;
+  std::deque<CommandId> unnoted_order_;
+};
+
+// The devices of SqliteStore: the tables `axes`, `datums`, `alarm_marks` and `events`, and what waits to be written there.
+class SqliteAxes {
+ public:
+  // Events that could not be written yet; then the oldest is forgotten.
+  static constexpr std::size_t kMaxEvents = 1'000;
+  // A shaft that stands still is written so seldom: flash wears.
+  static constexpr std::int64_t kStandingUs = 60'000'000;
+
+  // `database` may be null.
+  [[nodiscard]] AxisRecord Find(Database* database, const std::string& device) const;
+  [[nodiscard]] static std::vector<DatumRecord> Datums(Database& database, const std::string& device);
+  [[nodiscard]] static std::vector<AlarmMark> Marks(Database& database, const std::string& device);
+
+  // In a transaction.
+  [[nodiscard]] static bool Apply(Database& database, const std::string& device, const DeviceChange& change);
+
+  void Keep(const std::string& device, const LastPosition& position) { positions_[device] = position; }
+  // After an exchange was committed.
+  void Forget(const std::string& device);
+  void Note(const AxisEvent& event);
+
+  // Positions that are worth writing; all: even of shafts that stand still.
+  enum class Positions : std::uint8_t { kNone, kMoved, kAll };
+  // In a transaction: the events, and these positions. Written() follows when it was committed.
+  [[nodiscard]] bool WriteWaiting(Database& database, Positions which);
+  void Written();
+  [[nodiscard]] bool events_wait() const { return !events_.empty(); }
+  [[nodiscard]] bool positions_wait() const;
+
+ private:
+  [[nodiscard]] bool IsWorthWriting(const std::string& device, const LastPosition& position) const;
+
+  std::map<std::string, LastPosition> positions_;  // not written
+  std::map<std::string, LastPosition> written_;    // last
+  std::vector<std::string> batch_;                 // of positions_, being written
+  std::deque<AxisEvent> events_;
+};
+
 // The journal in an SQLite file (docs/journal.md). It keeps every command. If a function returns true, the change is on the
-// disk. The file may be missing, full, read-only or damaged at any time. Then problem() has the cause, changes return
-// false, and reads still work. Tick retries writing every second and opening every 10 s. A file that another bridge uses, that is older than what was written, or that is no longer the one that
-// was opened is not used (JournalGuard).
+// disk. The file may be missing, full, read-only or damaged at any time. Then state() has the cause, changes return
+// false, and reads still work. Tick retries writing every second and opening every 10 s. The store does not use a file
+// that another bridge uses, that is older than what was written, or that replaced the opened one (JournalGuard).
 class SqliteStore final : public DurableStore {
  public:
   SqliteStore(std::string file, std::string machine);
@@ -33,19 +129,14 @@ class SqliteStore final : public DurableStore {
   void Outcome(const command_status_t& status, Timestamp now) override;
   [[nodiscard]] std::optional<command_status_t> Find(const CommandId& id) const override;
 
-  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
-  [[nodiscard]] bool SetDatum(const std::string& device, const DatumRecord& datum) override;
-  [[nodiscard]] bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override;
-  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
-  [[nodiscard]] bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override;
-  [[nodiscard]] bool SetReferenceLost(const std::string& device, bool lost) override;
-  [[nodiscard]] bool SetIdentity(const std::string& device, const std::string& identity) override;
-  [[nodiscard]] bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override;
-  [[nodiscard]] bool SetMark(const std::string& device, const AlarmMark& mark) override;
-  [[nodiscard]] bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override;
-  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
-  void KeepPosition(const std::string& device, const LastPosition& position) override;
+  [[nodiscard]] bool Apply(const std::string& device, const DeviceChange& change) override;
+  void KeepPosition(const std::string& device, const LastPosition& position) override {
+    axes_.Keep(device, position);
+  }
   void Note(const AxisEvent& event) override;
+  [[nodiscard]] AxisRecord Find(const std::string& device) const override;
+  [[nodiscard]] std::vector<DatumRecord> Datums(const std::string& device) const override;
+  [[nodiscard]] std::vector<AlarmMark> Marks(const std::string& device) const override;
 
   // Also after the file could be opened at last: those that it holds.
   [[nodiscard]] std::vector<OpenCommand> Open() const override;
@@ -54,7 +145,7 @@ class SqliteStore final : public DurableStore {
   // Another process has this journal: this one cannot ever use it while that runs.
   [[nodiscard]] bool in_use() const { return guard_.held_by_other(); }
   [[nodiscard]] bool readable() const override { return database_ != nullptr; }
-  [[nodiscard]] std::string problem() const override { return problem_; }
+  [[nodiscard]] Result<> state() const override { return state_; }
 
  private:
   using Positions = SqliteAxes::Positions;
@@ -66,8 +157,9 @@ class SqliteStore final : public DurableStore {
   // `writes` and what waits, in one transaction.
   [[nodiscard]] bool Commit(const Writes& writes, const CommandId* first = nullptr,
                             Positions positions = Positions::kNone);
-  void Fail();
-  void GiveUp(std::string problem);
+  void GiveUp(Error error);
+  // Opens the file for writing.
+  [[nodiscard]] Result<> OpenToWrite();
 
   const std::string file_;
   const std::string machine_;
@@ -76,7 +168,7 @@ class SqliteStore final : public DurableStore {
   bool writable_ = false;
   SqliteJournal journal_;
   SqliteAxes axes_;
-  std::string problem_;
+  Result<> state_;
   MonoNs look_again_ = 0;
   MonoNs write_again_ = 0;
   MonoNs positions_again_ = 0;

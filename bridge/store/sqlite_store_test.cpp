@@ -30,14 +30,14 @@ class SqliteStoreTest : public StoreTest {
   static void LiftLimit() { LimitFiles("unlimited"); }
 
   static void ExpectNothingDurable(SqliteStore& store) {
-    EXPECT_NE(store.problem(), "");
+    EXPECT_NE(ErrorText(store.state()), "");
     EXPECT_FALSE(store.Accepted(Command(99), At(0)));
-    EXPECT_FALSE(store.SetDatum("axis1", {}));
-    EXPECT_FALSE(store.VoidDatum("axis1", 0, ""));
-    EXPECT_FALSE(store.AddWrites("axis1", 1, 0));
-    EXPECT_FALSE(store.SetReferenceLost("axis9", true));
-    EXPECT_FALSE(store.SetIdentity("axis9", "17"));
-    EXPECT_FALSE(store.Exchange("axis1", "", 0));
+    EXPECT_FALSE(store.Apply("axis1", DatumRecord{}));
+    EXPECT_FALSE(store.Apply("axis1", DatumVoided{0, ""}));
+    EXPECT_FALSE(store.Apply("axis1", WritesAdded{1, 0}));
+    EXPECT_FALSE(store.Apply("axis9", ReferenceChanged{true}));
+    EXPECT_FALSE(store.Apply("axis9", IdentityChanged{"17"}));
+    EXPECT_FALSE(store.Apply("axis1", EncoderExchanged{"", 0}));
     EXPECT_EQ(store.ReserveEpochs(0, 1), 0);
   }
 };
@@ -45,17 +45,17 @@ class SqliteStoreTest : public StoreTest {
 TEST_F(SqliteStoreTest, AFileThatCannotBeMadeIsTriedAgainEvery10s) {
   std::ofstream(folder_.path() + "/state") << "a file where a folder should be";
   const auto store = OpenStore();
-  EXPECT_THAT(store->problem(), AllOf(HasSubstr(folder_.path() + "/state"), HasSubstr("Not a directory")));
+  EXPECT_THAT(ErrorText(store->state()), AllOf(HasSubstr(folder_.path() + "/state"), HasSubstr("Not a directory")));
   ExpectNothingDurable(*store);
   EXPECT_FALSE(store->Find(NumberedId(1)));
   EXPECT_TRUE(store->Open().empty());
   store->Tick(At(100));
-  ASSERT_NE(store->problem(), "");
+  ASSERT_NE(ErrorText(store->state()), "");
   std::filesystem::remove(folder_.path() + "/state");
   store->Tick(At(109));
-  EXPECT_NE(store->problem(), "");
+  EXPECT_NE(ErrorText(store->state()), "");
   store->Tick(At(110));
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
   EXPECT_TRUE(store->Accepted(Command(1), At(110)));
 }
 
@@ -63,7 +63,7 @@ TEST_F(SqliteStoreTest, WhatMayOnlyBeReadIsStillAnswered) {
   {
     const auto store = OpenStore();
     ASSERT_TRUE(store->Accepted(Command(1), At(0)));
-    ASSERT_TRUE(store->SetDatum("axis1", {.counts = 7}));
+    ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 7}));
   }
   const std::string folder = std::filesystem::path(file_).parent_path();
   for (const std::string& path : {folder_.path(), folder_.path() + "/state", folder}) {
@@ -73,7 +73,7 @@ TEST_F(SqliteStoreTest, WhatMayOnlyBeReadIsStillAnswered) {
   {
     const Unprivileged user;
     const auto store = OpenStore();
-    EXPECT_THAT(store->problem(), AllOf(HasSubstr(file_), HasSubstr("permission denied: let user")));
+    EXPECT_THAT(ErrorText(store->state()), AllOf(HasSubstr(file_), HasSubstr("permission denied: let user")));
     ExpectNothingDurable(*store);
     ASSERT_TRUE(store->Find(NumberedId(1)));
     EXPECT_EQ(store->Open().size(), 1U);
@@ -90,10 +90,10 @@ TEST_F(SqliteStoreTest, OnAFullDiskOutcomesAreRememberedAndWrittenLater) {
   auto store = OpenStore();
   ASSERT_TRUE(store->Accepted(Command(1), At(0)));
   ASSERT_TRUE(store->Routed(Moved(Command(1).status, S::STATE_ROUTED), 1, At(0)));
-  ASSERT_TRUE(store->SetDatum("axis1", {.counts = 7}));
+  ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 7}));
   LimitFiles("4096");
   EXPECT_FALSE(store->Accepted(Command(2), At(1)));
-  EXPECT_THAT(store->problem(),
+  EXPECT_THAT(ErrorText(store->state()),
               AllOf(HasSubstr(file_ + ": disk I/O error"), HasSubstr("or a quota or limit is reached")));
   ExpectNothingDurable(*store);
   store->Outcome(Moved(Command(1).status, S::STATE_SUCCEEDED, "done"), At(2));
@@ -109,9 +109,9 @@ TEST_F(SqliteStoreTest, OnAFullDiskOutcomesAreRememberedAndWrittenLater) {
   LiftLimit();
   EXPECT_EQ(SqliteStore(Copy(), "press3").Find(NumberedId(1))->state, S::STATE_ROUTED);
   store->Tick(At(3.9));  // within a second of the last failure
-  EXPECT_NE(store->problem(), "");
+  EXPECT_NE(ErrorText(store->state()), "");
   store->Tick(At(4));
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
   const SqliteStore later(Copy(), "press3");
   EXPECT_EQ(later.Find(NumberedId(1))->text, "done");
   EXPECT_EQ(later.Find(NumberedId(2))->text, "stopped");
@@ -128,10 +128,10 @@ TEST_F(SqliteStoreTest, AFullDiskThatHasRoomAgainIsNoticedWithoutACommand) {
   LimitFiles("1024");
   EXPECT_FALSE(store->Accepted(Command(1), At(0)));
   store->Tick(At(1));
-  EXPECT_NE(store->problem(), "");
+  EXPECT_NE(ErrorText(store->state()), "");
   LiftLimit();
   store->Tick(At(2));
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
   EXPECT_TRUE(store->Accepted(Command(1), At(2)));
   signal(SIGXFSZ, ignored);
 }
@@ -160,50 +160,51 @@ TEST_F(SqliteStoreTest, ADamagedFileIsRefusedUntilItIsMovedAway) {
   std::filesystem::resize_file(file_, 5000);
   std::filesystem::remove(file_ + "-wal");
   const auto store = OpenStore();
-  EXPECT_THAT(store->problem(), HasSubstr("it is damaged: move it away, with -wal and -shm"));
+  EXPECT_THAT(ErrorText(store->state()), HasSubstr("it is damaged: move it away, with -wal and -shm"));
   ExpectNothingDurable(*store);
   store->Tick(At(20));
-  EXPECT_NE(store->problem(), "");
+  EXPECT_NE(ErrorText(store->state()), "");
   for (const char* end : {"", "-wal", "-shm"}) std::filesystem::remove(file_ + end);
   store->Tick(At(30));
-  EXPECT_THAT(store->problem(), HasSubstr("is missing or empty, but"));
+  EXPECT_THAT(ErrorText(store->state()), HasSubstr("is missing or empty, but"));
   std::filesystem::remove(file_ + "-guard");
   store->Tick(At(40));
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
   EXPECT_TRUE(store->Accepted(Command(1), At(40)));
 }
 
 TEST_F(SqliteStoreTest, FilesOfOthersAreRefused) {
-  const auto problem = [this] { return OpenStore()->problem(); };
-  { ASSERT_EQ(problem(), ""); }
-  EXPECT_THAT(SqliteStore(file_, "press4").problem(),
+  const auto error = [this] { return ErrorText(OpenStore()->state()); };
+  { ASSERT_EQ(error(), ""); }
+  EXPECT_THAT(ErrorText(SqliteStore(file_, "press4").state()),
               HasSubstr("is the journal of machine 'press3', not of 'press4'"));
   ASSERT_EQ(Ask("UPDATE meta SET value = 2 WHERE key = 'schema_version'"), "");
-  EXPECT_THAT(problem(), HasSubstr("was written by a newer axlecast (its version is 2, this program knows 1)"));
+  EXPECT_THAT(error(), HasSubstr("was written by a newer axlecast (its version is 2, this program knows 1)"));
   ExpectNothingDurable(*OpenStore());
   for (const char* end : {"", "-wal", "-shm", "-guard"}) std::filesystem::remove(file_ + end);
   ASSERT_EQ(Ask("CREATE TABLE songs (title)"), "");
   std::filesystem::permissions(file_, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
-  EXPECT_THAT(problem(), HasSubstr("is no journal of axlecast"));
+  EXPECT_THAT(error(), HasSubstr("is no journal of axlecast"));
   EXPECT_EQ(Ask("SELECT name FROM sqlite_schema"), "songs\n") << "nothing was added to it";
 }
 
 TEST_F(SqliteStoreTest, ALockByAnotherProgramDelaysAndLosesNothing) {
   const auto store = OpenStore();
   ASSERT_TRUE(store->Accepted(Command(1), At(0)));
-  std::string problem;
-  const auto other = Database::Open(file_, Database::Access::kReadWrite, problem);
-  ASSERT_TRUE(other && other->Execute("BEGIN IMMEDIATE")) << problem;
+  const auto opened = Database::Open(file_, Database::Access::kReadWrite);
+  ASSERT_TRUE(opened) << opened.error().text;
+  const auto& other = *opened;
+  ASSERT_TRUE(other->Execute("BEGIN IMMEDIATE"));
   store->Outcome(Moved(Command(1).status, S::STATE_SUCCEEDED), At(1));
-  EXPECT_THAT(store->problem(), HasSubstr("another program keeps it locked"));
+  EXPECT_THAT(ErrorText(store->state()), HasSubstr("another program keeps it locked"));
   EXPECT_EQ(store->Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
   ASSERT_TRUE(other->Execute("ROLLBACK"));
   store->Tick(At(2));
-  EXPECT_EQ(store->problem(), "");
+  EXPECT_EQ(ErrorText(store->state()), "");
   EXPECT_EQ(OpenStore()->Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
 }
 
-// Commits commands and tells the number of each down the pipe, until it is killed.
+// Commits commands and writes the number of each to the pipe, until it is killed.
 [[noreturn]] void WriteForEver(const std::string& file, int pipe, CommandRecord (*command)(std::uint32_t)) {
   SqliteStore store(file, "press3");
   for (std::uint32_t number = 1;; ++number) {
@@ -212,7 +213,7 @@ TEST_F(SqliteStoreTest, ALockByAnotherProgramDelaysAndLosesNothing) {
     record.status.state = S::STATE_SUCCEEDED;
     record.status.is_final = 1;
     store.Outcome(record.status, {});
-    if (!store.SetDatum("axis1", {.counts = number})) _exit(1);
+    if (!store.Apply("axis1", DatumRecord{.counts = number})) _exit(1);
     if (write(pipe, &number, sizeof number) != sizeof number) _exit(1);
   }
 }
@@ -237,7 +238,7 @@ TEST_F(SqliteStoreTest, WhatItAnsweredIsThereAfterKill9) {
     close(ends[0]);
     ASSERT_GE(told, more);
     const SqliteStore store(file, "press3");
-    ASSERT_EQ(store.problem(), "");
+    ASSERT_EQ(ErrorText(store.state()), "");
     for (number = 1; number <= told; ++number) {
       ASSERT_TRUE(store.Find(NumberedId(number)));
       ASSERT_EQ(store.Find(NumberedId(number))->state, S::STATE_SUCCEEDED);

@@ -71,7 +71,7 @@ class StoreTest : public ::testing::Test {
     return std::make_unique<SqliteStore>(file_, "press3");
   }
 
-  // A copy of the files as they stand, as a crash of the machine would leave them. Another process makes it: closing
+  // A copy of the present files, as a crash of the machine would leave them. Another process makes it: closing
   // the file here would end SQLite's locks.
   [[nodiscard]] std::string Copy() const {
     const std::string folder = folder_.path() + "/copy" + std::to_string(++copies_);

@@ -1,7 +1,8 @@
-// Where commands and permits go, and who signs them. C++17; needs nothing else of axlecast.
+// Where commands and permits go, and who signs them. C++17.
 #pragma once
 
-#include <optional>
+#include <axlecast/result.h>
+
 #include <string>
 
 namespace axlecast {
@@ -16,10 +17,8 @@ struct ClientSettings {
   std::string bridge_key = {};
 
   // Returns the settings of a machine's file, with the key `key_name` under `bridge: keys:`. With an empty name, the first key
-  // that can be read on this host is used, if any. Returns nothing if the file or the named key cannot be used; `error` then
-  // contains the reason.
-  [[nodiscard]] static std::optional<ClientSettings> OfMachine(const std::string& file, const std::string& key_name,
-                                                               std::string& error);
+  // that can be read on this host is used, if any. Fails if the file or the named key cannot be used.
+  [[nodiscard]] static Result<ClientSettings> OfMachine(const std::string& file, const std::string& key_name);
 };
 
 }  // namespace axlecast

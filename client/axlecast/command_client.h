@@ -1,7 +1,7 @@
 // Commands from a control process: send, follow, cancel, await the outcome, ask again later. docs/client.md.
 //
-//   std::string error;
-//   const auto settings = axlecast::ClientSettings::OfMachine("machine.yaml", "plc", error);
+//   const auto settings = axlecast::ClientSettings::OfMachine("machine.yaml", "plc");
+//   if (!settings) ... settings.error().text
 //   axlecast::CommandClient client(*settings);
 //   axlecast::CommandRequest request;
 //   request.device = "axis1";
@@ -10,7 +10,7 @@
 //   const auto result = client.Await(id, 10'000);
 //   if (result.outcome() == axlecast::CommandOutcome::kDone) ...
 //
-// C++17; nothing of axlecast but the generated messages. Link axlecast_client.
+// C++17. Link axlecast_client.
 #pragma once
 
 #include <axlecast/client_settings.h>
@@ -19,7 +19,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 
 namespace axlecast {
 
@@ -28,7 +27,7 @@ class CommandClient {
  public:
   using StatusCallback = std::function<void(const command_status_t& status)>;
 
-  // Takes up to 1 s where multicast does not work; see problem().
+  // Takes up to 1 s where multicast does not work; see state().
   explicit CommandClient(const ClientSettings& settings);
   // Ends at once; the bridge continues commands under way. Not from the callback, nor while another thread is within a
   // method.
@@ -36,8 +35,8 @@ class CommandClient {
   CommandClient(CommandClient&& other) noexcept;
   CommandClient& operator=(CommandClient&& other) noexcept;
 
-  // Empty when commands can be sent, else the cause and the remedy; then every command is kNotAccepted.
-  [[nodiscard]] std::string problem() const;
+  // Fails if no command can be sent: the error is the cause and the fix. Then every command is kNotAccepted.
+  [[nodiscard]] Result<> state() const;
 
   // Returns at once; many may be under way. The id can be kept, to ask for the outcome later.
   CommandId Send(const CommandRequest& request);

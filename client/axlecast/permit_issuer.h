@@ -5,7 +5,7 @@
 //   issuer.Allow("axis1", {"zero_single_turn"}, 200);
 //   ... when that ends: issuer.Withdraw("axis1");     // or do nothing: it expires
 //
-// C++17; nothing else of axlecast. Link axlecast_client.
+// C++17. Link axlecast_client.
 #pragma once
 
 #include <axlecast/client_settings.h>
@@ -26,15 +26,15 @@ class PermitIssuer {
   PermitIssuer(PermitIssuer&& other) noexcept;
   PermitIssuer& operator=(PermitIssuer&& other) noexcept;
 
-  // Empty when permits can be sent, else the cause and the remedy.
-  [[nodiscard]] std::string problem() const;
+  // Fails if no permit can be sent: the error is the cause and the fix.
+  [[nodiscard]] Result<> state() const;
 
   static constexpr std::int32_t kMaxValidMs = 500;
   static constexpr std::size_t kMaxOperations = 24;
 
   // Allows exactly these operations of the device, for `valid_ms` (1..500) from its arrival; it replaces what was
   // allowed before. Sends one message and returns: repeat it well within valid_ms, since one may be lost. False, and
-  // nothing is sent, when there is a problem(), or valid_ms, the number of operations or a name is out of range.
+  // nothing is sent, if state() fails, or valid_ms, the number of operations or a name is out of range.
   bool Allow(const std::string& device, const std::vector<std::string>& operations, std::int32_t valid_ms);
   // Allows nothing any more. Where the message is lost, the last permit ends by itself.
   bool Withdraw(const std::string& device);

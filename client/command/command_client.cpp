@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "client/axlecast/command_client.h"
-#include "client/command/client_key.h"
 #include "client/command/command_session.h"
+#include "client/command/signed_messages.h"
 #include "core/base/result.h"
 #include "core/messages/enum_names.h"
 #include "platform/net/lcm_port.h"
@@ -37,9 +37,8 @@ CommandResult NotYet(CommandResult result) {
   if (result.answered && result.status.is_final != 0) return result;  // its finding is still to come
   const std::string stands =
       result.answered ? "it is " + std::string(StateName(result.status.state)) + " still" : "no status came yet";
-  result.problem = stands +
-                   ": it may be done until its validity ends; ask for this id later, and do not send it again "
-                   "before";
+  result.problem =
+      stands + ": it may be done until its validity ends; ask for this id later, and do not send it again before";
   return result;
 }
 
@@ -56,7 +55,7 @@ struct CommandClient::State {
   State(const ClientSettings& settings, ClientKeys keys)
       : port(settings.command_url, settings.prefix), sessions(clock, port, RandomBootId(), std::move(keys)) {}
 
-  void Start();
+  Result<> Start();
   void Stop();
   void Run();
   bool Listen(MonoNs until);
@@ -75,26 +74,23 @@ struct CommandClient::State {
   CommandSessions sessions;
   std::multiset<MonoNs> deadlines;  // of those who wait
   StatusCallback callback;
-  std::string problem;
+  Result<> usable;
   bool stopping = false;
 };
 
-void CommandClient::State::Start() {
-  problem = port.problem();
-  if (problem.empty() && !wake.valid()) problem = "no eventfd: too many files are open";
-  if (!problem.empty()) return;
+Result<> CommandClient::State::Start() {
+  if (!port.problem().empty()) return Failure(port.problem());
+  if (!wake.valid()) return Failure("no eventfd: too many files are open");
   const bool subscribed = port.Subscribe("COMMAND_STATUS", [this](const std::string&, Bytes message) {
     arrived.emplace_back(message.begin(), message.end());
   });
-  if (!subscribed) {
-    problem = "cannot subscribe to COMMAND_STATUS";
-    return;
-  }
+  if (!subscribed) return Failure("cannot subscribe to COMMAND_STATUS");
   try {
     thread = std::thread([this] { Run(); });
   } catch (const std::system_error& error) {
-    problem = std::string("no thread: ") + error.what();
+    return Failure(std::string("no thread: ") + error.what());
   }
+  return {};
 }
 
 void CommandClient::State::Stop() {
@@ -117,13 +113,13 @@ void CommandClient::State::Run() {
     if (deadline != deadlines.end()) next = std::min(next, *deadline);
     changed.notify_all();
     if (stopping) return;
-    const StatusCallback tell = news.empty() ? StatusCallback() : callback;
+    const StatusCallback report = news.empty() ? StatusCallback() : callback;
     lock.unlock();
-    if (!tell) continue;
-    for (const command_status_t& status : news) tell(status);
+    if (!report) continue;
+    for (const command_status_t& status : news) report(status);
   }
   const std::lock_guard lock(mutex);
-  problem = "the command port failed";
+  usable = Failure("the command port failed");
   changed.notify_all();
 }
 
@@ -151,9 +147,9 @@ std::optional<CommandResult> CommandClient::State::Ended(const CommandSessions::
     return WithProblem(key.second, "this client does not know the id (any more): Query asks the bridge");
   }
   if (session->done()) return session->result();
-  if (problem.empty()) return std::nullopt;
+  if (usable) return std::nullopt;
   CommandResult result = session->result();
-  result.problem = problem + ": ask for this id later";
+  result.problem = usable.error().text + ": ask for this id later";
   return result;
 }
 
@@ -181,10 +177,9 @@ CommandClient::CommandClient(const ClientSettings& settings) {
   SecretFiles secrets;
   Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
   state_ = std::make_unique<State>(settings, keys ? std::move(*keys) : ClientKeys{});
-  if (keys) {
-    state_->Start();
-  } else {
-    state_->problem = keys.error().text;
+  // If the thread runs, only the thread writes `usable`.
+  if (const Result<> started = keys ? state_->Start() : Result<>(Failure(keys.error())); !started) {
+    state_->usable = started;
   }
 }
 
@@ -201,20 +196,20 @@ CommandClient& CommandClient::operator=(CommandClient&& other) noexcept {
   return *this;
 }
 
-std::string CommandClient::problem() const {
-  if (!state_) return kNoClient;
+Result<> CommandClient::state() const {
+  if (!state_) return Failure(kNoClient);
   const std::lock_guard lock(state_->mutex);
-  return state_->problem;
+  return state_->usable;
 }
 
 CommandId CommandClient::Send(const CommandRequest& request) {
   const CommandId id = RandomId();
   if (!state_) return id;
   const std::lock_guard lock(state_->mutex);
-  if (state_->problem.empty()) {
+  if (state_->usable) {
     state_->sessions.Send(id, request);
   } else {
-    state_->sessions.Refuse(id, state_->problem + ": nothing was sent");
+    state_->sessions.Refuse(id, state_->usable.error().text + ": nothing was sent");
   }
   state_->wake.Set();
   return id;
@@ -241,7 +236,7 @@ CommandResult CommandClient::Query(const CommandId& id, std::int64_t timeout_ms)
   if (!state_) return WithProblem(id, kNoClient);
   {
     const std::lock_guard lock(state_->mutex);
-    if (!state_->problem.empty()) return WithProblem(id, state_->problem);
+    if (!state_->usable) return WithProblem(id, state_->usable.error().text);
     state_->sessions.Query(id, RandomId());
     state_->wake.Set();
   }

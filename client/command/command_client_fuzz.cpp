@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "client/command/command_session.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/memory_sink.h"

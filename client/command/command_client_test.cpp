@@ -9,7 +9,7 @@
 
 #include "client/axlecast/command_client.h"
 #include "client/axlecast/permit_issuer.h"
-#include "client/command/permit_message.h"
+#include "client/command/signed_messages.h"
 #include "core/messages/message.h"
 #include "tests/support/temporary_folder.h"
 
@@ -29,7 +29,7 @@ CommandRequest Zero() { return {.device = "axis1", .operation = "zero"}; }
 
 TEST(CommandClient, ATimeOutMeansUnknown) {
   CommandClient client(Nowhere());
-  ASSERT_EQ(client.problem(), "");
+  ASSERT_EQ(ErrorText(client.state()), "");
   const CommandResult result = client.Await(client.Send(Zero()), 1);
   EXPECT_EQ(result.outcome(), CommandOutcome::kUnknown);
   EXPECT_FALSE(result.temporary());
@@ -76,7 +76,7 @@ TEST(CommandClient, WithoutAPortNothingIsSent) {
   ClientSettings settings;
   settings.command_url = "udpm://nowhere";
   CommandClient client(settings);
-  EXPECT_NE(client.problem(), "");
+  EXPECT_FALSE(client.state());
   const CommandResult result = client.Await(client.Send(Zero()), 0);
   EXPECT_EQ(result.outcome(), CommandOutcome::kNotAccepted);
   EXPECT_NE(client.Query({1}, 0).problem, "");
@@ -85,17 +85,17 @@ TEST(CommandClient, WithoutAPortNothingIsSent) {
 TEST(CommandClient, AKeyThatCannotBeUsedIsAProblem) {
   ClientSettings settings = Nowhere();
   settings.bridge_key = "12";
-  EXPECT_THAT(CommandClient(settings).problem(), HasSubstr("64 hex digits"));
+  EXPECT_THAT(ErrorText(CommandClient(settings).state()), HasSubstr("64 hex digits"));
   settings = Nowhere();
   settings.key_file = "/nowhere/key";
-  EXPECT_THAT(CommandClient(settings).problem(), HasSubstr("/nowhere/key"));
-  EXPECT_THAT(PermitIssuer(settings).problem(), HasSubstr("/nowhere/key"));
+  EXPECT_THAT(ErrorText(CommandClient(settings).state()), HasSubstr("/nowhere/key"));
+  EXPECT_THAT(ErrorText(PermitIssuer(settings).state()), HasSubstr("/nowhere/key"));
   EXPECT_FALSE(PermitIssuer(settings).Allow("axis1", {"zero"}, 500));
 }
 
 TEST(PermitIssuer, SendsOnlyWhatADriverAccepts) {
   PermitIssuer issuer(Nowhere());
-  ASSERT_EQ(issuer.problem(), "");
+  ASSERT_EQ(ErrorText(issuer.state()), "");
   EXPECT_TRUE(issuer.Allow("axis1", {"zero"}, 1));
   EXPECT_TRUE(issuer.Allow("axis1", {"zero"}, 500));
   EXPECT_TRUE(issuer.Withdraw("axis1"));
@@ -150,13 +150,12 @@ class OfMachine : public testing::Test {
   const SigningKey bridge_ = SigningKey::Generate();
   const SigningKey plc_ = SigningKey::Generate();
   const SigningKey far_ = SigningKey::Generate();
-  std::string error_;
 };
 
 TEST_F(OfMachine, ReadsUrlPrefixAndKeys) {
   WriteMachine();
-  const auto settings = ClientSettings::OfMachine(Path("machine.yaml"), "", error_);
-  ASSERT_TRUE(settings) << error_;
+  const auto settings = ClientSettings::OfMachine(Path("machine.yaml"), "");
+  ASSERT_TRUE(settings) << settings.error().text;
   EXPECT_EQ(settings->command_url, "udpm://239.255.76.67:7777?ttl=0");
   EXPECT_EQ(settings->prefix, "p_");
   EXPECT_EQ(settings->bridge_key, KeyText(bridge_.public_key()));
@@ -165,12 +164,10 @@ TEST_F(OfMachine, ReadsUrlPrefixAndKeys) {
 
 TEST_F(OfMachine, SaysWhatIsWrong) {
   WriteMachine();
-  EXPECT_FALSE(ClientSettings::OfMachine(Path("machine.yaml"), "far", error_));
-  EXPECT_THAT(error_, HasSubstr("far"));
-  EXPECT_FALSE(ClientSettings::OfMachine(Path("machine.yaml"), "nobody", error_));
-  EXPECT_THAT(error_, HasSubstr("there are far, plc"));
-  EXPECT_FALSE(ClientSettings::OfMachine(Path("none.yaml"), "", error_));
-  EXPECT_THAT(error_, HasSubstr("none.yaml"));
+  EXPECT_THAT(ErrorText(ClientSettings::OfMachine(Path("machine.yaml"), "far")), HasSubstr("far"));
+  EXPECT_THAT(ErrorText(ClientSettings::OfMachine(Path("machine.yaml"), "nobody")),
+              HasSubstr("there are far, plc"));
+  EXPECT_THAT(ErrorText(ClientSettings::OfMachine(Path("none.yaml"), "")), HasSubstr("none.yaml"));
 }
 
 }  // namespace

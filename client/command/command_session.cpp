@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/base/result.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 
@@ -15,10 +15,10 @@ namespace {
 
 using S = command_status_t;
 
-constexpr const char* kForeignStatuses =
+constexpr const char* kUnauthorizedStatuses =
     "statuses come, but their signature does not fit the bridge key of the machine's file";
 
-bool SaysTheSame(const S& one, const S& other) {
+bool HasSameContent(const S& one, const S& other) {
   return one.state == other.state && one.finding == other.finding && one.progress == other.progress &&
          one.text == other.text;
 }
@@ -29,7 +29,7 @@ bool IsComplete(const S& status) {
 }
 
 // Handles the answer of a bridge that cannot read its journal: it contains the boot id, but no status of the command.
-bool TellsNothing(const S& status) {
+bool HasNoStatus(const S& status) {
   return status.state == S::STATE_UNKNOWN && status.reason_code == S::REASON_JOURNAL;
 }
 
@@ -41,7 +41,7 @@ bool IsStale(const S& status) {
 }  // namespace
 
 CommandSession::CommandSession(const CommandId& id, const ClientKeys& keys, MonoNs now)
-    : keys_(keys), heard_(now), other_heard_(now), next_send_(now) {
+    : keys_(keys), received_(now), other_received_(now), next_send_(now) {
   result_.id = id;
 }
 
@@ -96,7 +96,7 @@ std::optional<SignedBody> CommandSession::Next(MonoNs now) {
     return main_;
   }
   if (phase_ == Phase::kFollowing && cancelling_) {
-    const BridgeTimestamp bridge{bridge_boot_id_, bridge_mono_ + (now - heard_)};
+    const BridgeTimestamp bridge{bridge_boot_id_, bridge_mono_ + (now - received_)};
     return MakeBody(result_.id, request_, command_body_t::MODE_CANCEL, bridge, keys_);
   }
   return QueryBody(probing_ ? probe_ : result_.id);
@@ -107,7 +107,7 @@ MonoNs CommandSession::NextAt() const { return done_ ? kNever : std::min(next_se
 bool CommandSession::OnStatus(const command_status_t& status, MonoNs now) {
   if (done_ || IdOf(status.id) != (probing_ ? probe_ : result_.id)) return false;
   if (keys_.bridge && !VerifyMessage(*keys_.bridge, Domain::kStatus, status)) {
-    ++disbelieved_;
+    ++unauthorized_;
     return false;
   }
   if (only_query_) return OnQueried(status, now);
@@ -115,17 +115,17 @@ bool CommandSession::OnStatus(const command_status_t& status, MonoNs now) {
     Learn(status, now);
     return false;
   }
-  if (TellsNothing(status)) return false;
+  if (HasNoStatus(status)) return false;
   if (status.boot_id != bridge_boot_id_) return OnOtherBoot(status, now);
-  Hear(status, now);
+  Received(status, now);
   if (status.body_digest == digest_) return Follow(status, now);
   // The old boot lives after all: it was the other one that did not belong here.
   if (phase_ == Phase::kAsking) phase_ = result_.answered ? Phase::kFollowing : Phase::kSending;
   return false;
 }
 
-void CommandSession::Hear(const command_status_t& status, MonoNs now) {
-  heard_ = now;
+void CommandSession::Received(const command_status_t& status, MonoNs now) {
+  received_ = now;
   bridge_mono_ = status.mono_ns;
 }
 
@@ -133,12 +133,12 @@ bool CommandSession::OnQueried(const command_status_t& status, MonoNs now) {
   if (probing_) {
     probing_ = false;
     bridge_boot_id_ = status.boot_id;
-    Hear(status, now);
+    Received(status, now);
     next_send_ = now;
     return false;
   }
   if (keys_.bridge && (status.boot_id != bridge_boot_id_ || status.mono_ns < bridge_mono_)) return false;
-  if (TellsNothing(status)) return false;
+  if (HasNoStatus(status)) return false;
   if (status.state == S::STATE_UNKNOWN) {
     End("the bridge does not know this id: it never accepted such a command, or no longer keeps it");
     return true;
@@ -152,7 +152,7 @@ bool CommandSession::OnQueried(const command_status_t& status, MonoNs now) {
 
 void CommandSession::Learn(const command_status_t& status, MonoNs now) {
   bridge_boot_id_ = status.boot_id;
-  Hear(status, now);
+  Received(status, now);
   main_ = MakeBody(result_.id, request_, Mode(), {bridge_boot_id_, bridge_mono_}, keys_);
   digest_ = BodyDigest(main_.bytes);
   phase_ = Phase::kSending;
@@ -161,16 +161,16 @@ void CommandSession::Learn(const command_status_t& status, MonoNs now) {
 
 bool CommandSession::OnOtherBoot(const command_status_t& status, MonoNs now) {
   if (std::find(former_boots_.begin(), former_boots_.end(), status.boot_id) != former_boots_.end()) return false;
-  other_heard_ = now;
+  other_received_ = now;
   if (status.body_digest == digest_ && !IsStale(status)) {  // it has our journal
     former_boots_.push_back(bridge_boot_id_);
     bridge_boot_id_ = status.boot_id;
     bridge_seq_ = -1;
-    Hear(status, now);
+    Received(status, now);
     return Follow(status, now);
   }
   // Two bridges may be there, and what was sent to the old one may be on its way.
-  if (phase_ == Phase::kAsking && now - std::max(heard_, main_sent_) >= kSettled) {
+  if (phase_ == Phase::kAsking && now - std::max(received_, main_sent_) >= kSettled) {
     EndNotTakenOver();
     return false;
   }
@@ -184,8 +184,7 @@ void CommandSession::EndNotTakenOver() {
     done_ = true;  // an INDETERMINATE; nobody makes its finding any more
   } else if (result_.answered) {
     End("the bridge restarted and its journal does not hold this command any more: look at the device before you "
-        "send "
-        "it again");
+        "send it again");
   } else {
     EndNotAccepted("the bridge restarted and never accepted it: nothing was done; send it again");
   }
@@ -200,7 +199,7 @@ bool CommandSession::IsLate(const command_status_t& status) const {
 bool CommandSession::Follow(const command_status_t& status, MonoNs now) {
   if (IsLate(status)) return false;
   bridge_seq_ = status.seq;
-  const bool news = !result_.answered || !SaysTheSame(status, result_.status);
+  const bool news = !result_.answered || !HasSameContent(status, result_.status);
   if (!cancelling_ || phase_ != Phase::kFollowing) next_send_ = now + (cancelling_ ? 0 : kAsk);
   phase_ = Phase::kFollowing;
   result_.answered = true;
@@ -212,7 +211,7 @@ bool CommandSession::Follow(const command_status_t& status, MonoNs now) {
 
 MonoNs CommandSession::HopelessAt() const {
   const MonoNs silence =
-      std::max(heard_, other_heard_) + (phase_ == Phase::kLearning ? kNoBridge : kBridgeSilence) + 1;
+      std::max(received_, other_received_) + (phase_ == Phase::kLearning ? kNoBridge : kBridgeSilence) + 1;
   return result_.status.is_final != 0 ? std::min(silence, final_at_ + kFindingWait) : silence;
 }
 
@@ -221,10 +220,10 @@ void CommandSession::EndWhenHopeless(MonoNs now) {
   if (result_.status.is_final != 0) {
     done_ = true;  // an INDETERMINATE whose finding did not come
   } else if (phase_ != Phase::kLearning) {
-    End(std::string(disbelieved_ > 0 ? kForeignStatuses : "the bridge fell silent") +
+    End(std::string(unauthorized_ > 0 ? kUnauthorizedStatuses : "the bridge fell silent") +
         ": ask for this id later, and look at the device");
-  } else if (disbelieved_ > 0) {
-    EndNotAccepted(std::string(kForeignStatuses) +
+  } else if (unauthorized_ > 0) {
+    EndNotAccepted(std::string(kUnauthorizedStatuses) +
                    " (bridge: key: public): put the running bridge's public key there; nothing was sent");
   } else {
     EndNotAccepted(
@@ -278,12 +277,12 @@ void CommandSessions::Insert(const Key& key, CommandSession session) {
   open_.emplace(key, std::move(session));
 }
 
-void CommandSessions::OnStatus(Bytes message, const std::function<void(const command_status_t&)>& tell) {
+void CommandSessions::OnStatus(Bytes message, const std::function<void(const command_status_t&)>& report) {
   const auto status = DecodeMessage<command_status_t>(message);
   if (!status) return;
   const MonoNs now = clock_.Now();
   for (auto& [key, session] : open_) {
-    if (session.OnStatus(*status, now) && key.first == Kind::kCommand && tell) tell(*status);
+    if (session.OnStatus(*status, now) && key.first == Kind::kCommand && report) report(*status);
   }
 }
 

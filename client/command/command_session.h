@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
-#include "client/command/client_key.h"
-#include "client/command/command_body.h"
+#include "client/command/signed_messages.h"
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/messages/message.h"
@@ -57,7 +56,7 @@ class CommandSession {
   [[nodiscard]] bool done() const { return done_; }
   [[nodiscard]] const CommandResult& result() const { return result_; }
   // Statuses for this id that the bridge's key did not sign.
-  [[nodiscard]] std::int64_t disbelieved() const { return disbelieved_; }
+  [[nodiscard]] std::int64_t unauthorized() const { return unauthorized_; }
 
  private:
   // kAsking: a new boot of the bridge has appeared; the session queries whether it has the command.
@@ -70,11 +69,10 @@ class CommandSession {
   bool OnQueried(const command_status_t& status, MonoNs now);
   bool OnOtherBoot(const command_status_t& status, MonoNs now);
   bool Follow(const command_status_t& status, MonoNs now);
-  void Hear(const command_status_t& status, MonoNs now);
+  void Received(const command_status_t& status, MonoNs now);
   [[nodiscard]] bool IsLate(const command_status_t& status) const;
   [[nodiscard]] MonoNs HopelessAt() const;
   void EndWhenHopeless(MonoNs now);
-  [[nodiscard]] std::string WhySilent() const;
   void EndNotTakenOver();
   void End(std::string problem);
   void EndNotAccepted(std::string problem);
@@ -94,12 +92,12 @@ class CommandSession {
   std::vector<std::int64_t> former_boots_;  // their messages are late
   std::int64_t bridge_seq_ = -1;            // of the newest status followed
   MonoNs bridge_mono_ = 0;                  // the bridge's clock in its newest status
-  MonoNs heard_ = 0;                        // its arrival
-  MonoNs other_heard_ = 0;                  // the newest of another boot
+  MonoNs received_ = 0;                     // its arrival
+  MonoNs other_received_ = 0;               // the newest of another boot
   MonoNs main_sent_ = 0;                    // last
   MonoNs final_at_ = 0;                     // an INDETERMINATE came
   MonoNs next_send_ = 0;
-  std::int64_t disbelieved_ = 0;
+  std::int64_t unauthorized_ = 0;
 };
 
 // All sessions of a client: passes received messages to them and sends their messages. One thread at a time.
@@ -124,7 +122,7 @@ class CommandSessions {
   void Query(const CommandId& id, const CommandId& probe);
 
   // Receives a message of COMMAND_STATUS. `tell` is called if its content is new.
-  void OnStatus(Bytes message, const std::function<void(const command_status_t&)>& tell);
+  void OnStatus(Bytes message, const std::function<void(const command_status_t&)>& report);
   // Sends what is due. Returns when it is to be called again, kNever when nothing is under way.
   MonoNs Poll();
 

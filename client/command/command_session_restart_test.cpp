@@ -11,9 +11,9 @@ using testing::HasSubstr;
 constexpr std::int64_t kNewBoot = 10;
 constexpr MonoNs kLater = kStart + 2 * kSecond;
 
-class CommandSessionRestart : public testing::Test, protected SessionBench {
+class CommandSessionRestart : public testing::Test, protected SessionFixture {
  protected:
-  CommandSessionRestart() : SessionBench({.device = "axis1", .operation = "zero"}) {}
+  CommandSessionRestart() : SessionFixture({.device = "axis1", .operation = "zero"}) {}
 
   // What is sent from `from` on, each 50 ms; the bridge of `boot_id` answers each with `state`.
   void Serve(MonoNs from, MonoNs to, std::int64_t boot_id, std::int8_t state) {
@@ -86,7 +86,7 @@ TEST_F(CommandSessionRestart, ASecondBridgeIsNotBelieved) {
   for (MonoNs now = kLater; now < kLater + 5 * kSecond; now += 50 * kMillisecond) {
     Sent(now);
     Answer(now, S::STATE_UNKNOWN, kNewBoot);
-    Answer(now, S::STATE_UNKNOWN);  // of the old boot, which has not heard the command
+    Answer(now, S::STATE_UNKNOWN);  // of the old boot, which has not received the command
     ASSERT_FALSE(session_.done());
   }
   EXPECT_EQ(Sent(kLater + 6 * kSecond).mode, command_body_t::MODE_EXECUTE);
@@ -119,48 +119,48 @@ class CommandSessionKeys : public testing::Test {
 };
 
 TEST_F(CommandSessionKeys, SignsWhatItSends) {
-  SessionBench bench({.device = "axis1", .operation = "zero"}, keys_);
-  S status = bench.Status(kStart, S::STATE_UNKNOWN);
+  SessionFixture fixture({.device = "axis1", .operation = "zero"}, keys_);
+  S status = fixture.Status(kStart, S::STATE_UNKNOWN);
   SignMessage(bridge_, Domain::kStatus, status);
-  bench.Sent(kStart);
-  bench.session_.OnStatus(status, kStart);
-  const auto body = bench.Sent(kStart);
+  fixture.Sent(kStart);
+  fixture.session_.OnStatus(status, kStart);
+  const auto body = fixture.Sent(kStart);
   EXPECT_EQ(body.key_id, KeyId(keys_.own->public_key()));
-  EXPECT_TRUE(Verify(keys_.own->public_key(), Domain::kCommand, bench.sent_.bytes, bench.sent_.signature));
-  EXPECT_FALSE(Verify(keys_.own->public_key(), Domain::kPermit, bench.sent_.bytes, bench.sent_.signature));
+  EXPECT_TRUE(Verify(keys_.own->public_key(), Domain::kCommand, fixture.sent_.bytes, fixture.sent_.signature));
+  EXPECT_FALSE(Verify(keys_.own->public_key(), Domain::kPermit, fixture.sent_.bytes, fixture.sent_.signature));
 }
 
 TEST_F(CommandSessionKeys, UnsignedAndForeignStatusesAreCountedAndIgnored) {
-  SessionBench bench({.device = "axis1", .operation = "zero"}, keys_);
-  bench.Sent(kStart);
-  EXPECT_FALSE(bench.Answer(kStart, S::STATE_UNKNOWN));
-  S status = bench.Status(kStart, S::STATE_UNKNOWN);
+  SessionFixture fixture({.device = "axis1", .operation = "zero"}, keys_);
+  fixture.Sent(kStart);
+  EXPECT_FALSE(fixture.Answer(kStart, S::STATE_UNKNOWN));
+  S status = fixture.Status(kStart, S::STATE_UNKNOWN);
   SignMessage(SigningKey::Generate(), Domain::kStatus, status);
-  bench.session_.OnStatus(status, kStart);
+  fixture.session_.OnStatus(status, kStart);
   SignMessage(bridge_, Domain::kStatus, status);
   status.mono_ns += 1;  // altered
-  bench.session_.OnStatus(status, kStart);
-  EXPECT_EQ(bench.session_.disbelieved(), 3);
-  EXPECT_EQ(bench.Sent(kStart + kSecond).mode, command_body_t::MODE_QUERY);
-  bench.Sent(kStart + CommandSession::kNoBridge + 1);
-  EXPECT_EQ(bench.session_.result().outcome(), CommandOutcome::kNotAccepted);
-  EXPECT_THAT(bench.session_.result().problem,
+  fixture.session_.OnStatus(status, kStart);
+  EXPECT_EQ(fixture.session_.unauthorized(), 3);
+  EXPECT_EQ(fixture.Sent(kStart + kSecond).mode, command_body_t::MODE_QUERY);
+  fixture.Sent(kStart + CommandSession::kNoBridge + 1);
+  EXPECT_EQ(fixture.session_.result().outcome(), CommandOutcome::kNotAccepted);
+  EXPECT_THAT(fixture.session_.result().problem,
               HasSubstr("their signature does not fit the bridge key of the machine's file"));
 }
 
 TEST_F(CommandSessionKeys, AForgedOutcomeIsNone) {
-  SessionBench bench({.device = "axis1", .operation = "zero"}, keys_);
-  S status = bench.Status(kStart, S::STATE_UNKNOWN);
+  SessionFixture fixture({.device = "axis1", .operation = "zero"}, keys_);
+  S status = fixture.Status(kStart, S::STATE_UNKNOWN);
   SignMessage(bridge_, Domain::kStatus, status);
-  bench.Sent(kStart);
-  bench.session_.OnStatus(status, kStart);
-  bench.Sent(kStart);
-  bench.digest_ = BodyDigest(bench.sent_.bytes);
-  EXPECT_FALSE(bench.Answer(kStart, S::STATE_SUCCEEDED));
-  EXPECT_FALSE(bench.session_.done());
-  S outcome = bench.Status(kStart, S::STATE_SUCCEEDED);
+  fixture.Sent(kStart);
+  fixture.session_.OnStatus(status, kStart);
+  fixture.Sent(kStart);
+  fixture.digest_ = BodyDigest(fixture.sent_.bytes);
+  EXPECT_FALSE(fixture.Answer(kStart, S::STATE_SUCCEEDED));
+  EXPECT_FALSE(fixture.session_.done());
+  S outcome = fixture.Status(kStart, S::STATE_SUCCEEDED);
   SignMessage(bridge_, Domain::kStatus, outcome);
-  EXPECT_TRUE(bench.session_.OnStatus(outcome, kStart));
+  EXPECT_TRUE(fixture.session_.OnStatus(outcome, kStart));
 }
 
 }  // namespace

@@ -15,9 +15,9 @@
 namespace axlecast {
 namespace {
 
-class CommandSessionTest : public testing::Test, protected SessionBench {
+class CommandSessionTest : public testing::Test, protected SessionFixture {
  protected:
-  CommandSessionTest() : SessionBench({.device = "axis1", .operation = "zero", .arguments = {{"to", "0"}}}) {}
+  CommandSessionTest() : SessionFixture({.device = "axis1", .operation = "zero", .arguments = {{"to", "0"}}}) {}
 };
 
 TEST_F(CommandSessionTest, LearnsTheBridgeThenSendsUntilAnswered) {
@@ -38,7 +38,7 @@ TEST_F(CommandSessionTest, LearnsTheBridgeThenSendsUntilAnswered) {
   EXPECT_EQ(body.key_id, 0);
 }
 
-// Validity counts from this instant: it must not begin anew with each repetition.
+// Validity counts from this instant: it must not restart with each repetition.
 TEST_F(CommandSessionTest, IssuedByTheBridgesClockAndRepeatedUnchanged) {
   Sent(kStart);
   Answer(kStart + 7 * kMillisecond, S::STATE_UNKNOWN);
@@ -149,7 +149,7 @@ TEST_F(CommandSessionTest, CancelledBeforeItWasSentIsNeverSent) {
 // -- two steps
 
 TEST(CommandSessionModes, PreparesAndCommits) {
-  SessionBench prepares({.device = "axis1", .operation = "zero", .prepare = true});
+  SessionFixture prepares({.device = "axis1", .operation = "zero", .prepare = true});
   prepares.SendIt();
   EXPECT_EQ(DecodeMessage<command_body_t>(prepares.sent_.bytes)->mode, command_body_t::MODE_PREPARE);
   S status = prepares.Status(kStart, S::STATE_SUCCEEDED);
@@ -159,7 +159,7 @@ TEST(CommandSessionModes, PreparesAndCommits) {
   EXPECT_EQ(result.outcome(), CommandOutcome::kPrepared);
   EXPECT_EQ(result.token(), (CommandToken{7}));
 
-  SessionBench commits({.device = "axis1", .operation = "zero", .token = result.token()});
+  SessionFixture commits({.device = "axis1", .operation = "zero", .token = result.token()});
   commits.SendIt();
   const auto body = DecodeMessage<command_body_t>(commits.sent_.bytes);
   ASSERT_TRUE(body);
@@ -168,13 +168,13 @@ TEST(CommandSessionModes, PreparesAndCommits) {
 }
 
 TEST(CommandSessionModes, APrepareThatIsRefusedIsRejected) {
-  SessionBench bench({.device = "axis1", .operation = "zero", .prepare = true});
-  bench.SendIt();
-  S status = bench.Status(kStart, S::STATE_REJECTED);
+  SessionFixture fixture({.device = "axis1", .operation = "zero", .prepare = true});
+  fixture.SendIt();
+  S status = fixture.Status(kStart, S::STATE_REJECTED);
   status.reason_code = S::REASON_NOT_STANDING_STILL;
-  EXPECT_TRUE(bench.session_.OnStatus(status, kStart));
-  EXPECT_EQ(bench.session_.result().outcome(), CommandOutcome::kRejected);
-  EXPECT_TRUE(bench.session_.result().temporary());
+  EXPECT_TRUE(fixture.session_.OnStatus(status, kStart));
+  EXPECT_EQ(fixture.session_.result().outcome(), CommandOutcome::kRejected);
+  EXPECT_TRUE(fixture.session_.result().temporary());
 }
 
 // -- queries

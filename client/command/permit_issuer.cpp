@@ -4,8 +4,7 @@
 #include <mutex>
 #include <utility>
 
-#include "client/command/client_key.h"
-#include "client/command/permit_message.h"
+#include "client/command/signed_messages.h"
 #include "core/base/result.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
@@ -16,18 +15,19 @@ namespace axlecast {
 
 struct PermitIssuer::State {
   explicit State(const ClientSettings& settings)
-      : port(settings.command_url, settings.prefix), problem(port.problem()), boot_id(RandomBootId()) {
+      : port(settings.command_url, settings.prefix), boot_id(RandomBootId()) {
     SecretFiles secrets;
     Result<ClientKeys> loaded = LoadClientKeys(settings, secrets);
     if (loaded) keys = std::move(*loaded);
-    if (problem.empty()) problem = ErrorText(loaded);
+    if (!loaded) usable = Failure(loaded.error());
+    if (!port.problem().empty()) usable = Failure(port.problem());
   }
 
   bool Issue(const std::string& device, const std::vector<std::string>& operations, std::int32_t valid_ms);
 
   const SystemClock clock;
   LcmPort port;
-  std::string problem;
+  Result<> usable;
   ClientKeys keys;
   const std::int64_t boot_id;
   std::mutex mutex;                          // of what follows
@@ -38,7 +38,7 @@ struct PermitIssuer::State {
 // Locked until it is published, so that permits go out in the order of their numbers.
 bool PermitIssuer::State::Issue(const std::string& device, const std::vector<std::string>& operations,
                                 std::int32_t valid_ms) {
-  if (!problem.empty() || valid_ms < 1 || valid_ms > kMaxValidMs || !FitsPermit(device, operations)) return false;
+  if (!usable || valid_ms < 1 || valid_ms > kMaxValidMs || !FitsPermit(device, operations)) return false;
   const std::lock_guard lock(mutex);
   permit_body_t body{};
   body.device = device;
@@ -61,7 +61,9 @@ PermitIssuer::~PermitIssuer() = default;
 PermitIssuer::PermitIssuer(PermitIssuer&& other) noexcept = default;
 PermitIssuer& PermitIssuer::operator=(PermitIssuer&& other) noexcept = default;
 
-std::string PermitIssuer::problem() const { return state_ ? state_->problem : "this issuer was moved from"; }
+Result<> PermitIssuer::state() const {
+  return state_ ? state_->usable : Result<>(Failure("this issuer was moved from"));
+}
 
 bool PermitIssuer::Allow(const std::string& device, const std::vector<std::string>& operations,
                          std::int32_t valid_ms) {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "client/command/command_session.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
@@ -20,10 +20,10 @@ constexpr MonoNs kBridgeAhead = 5'000 * kSecond;  // of the bridge's clock befor
 constexpr CommandId kId = {1, 2, 3};
 constexpr std::int64_t kBoot = 9;
 
-// One session, and a bridge that says what a test wants.
-class SessionBench {
+// One session, and a bridge that sends what a test sets.
+class SessionFixture {
  public:
-  explicit SessionBench(CommandRequest request, const ClientKeys& keys = {})
+  explicit SessionFixture(CommandRequest request, const ClientKeys& keys = {})
       : session_(kId, std::move(request), keys, kStart) {}
 
   // The body sent at `now`; one of mode -1 when nothing is.

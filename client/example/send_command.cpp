@@ -2,14 +2,13 @@
 //
 //   send_command machine.yaml axis1 0.0 [COMMAND_KEY [PERMIT_KEY]]
 //
-// The keys are names under `bridge: keys:` of the machine's file: COMMAND_KEY orders (a zero needs role maintainer),
+// The keys are names under `bridge: keys:` of the machine's file: COMMAND_KEY signs the commands (a zero needs role maintainer),
 // PERMIT_KEY has role control. Where the file allows unsigned commands none is needed.
 // Exit codes as those of `axlecast do`: docs/commands.md.
 #include <axlecast/command_client.h>
 #include <axlecast/permit_issuer.h>
 
 #include <cstdio>
-#include <optional>
 #include <string>
 
 namespace {
@@ -30,7 +29,7 @@ struct Axis {
   std::string device;
 };
 
-// Waits in short steps, in each of which the permit is renewed: here stands the cycle of a real control process.
+// Waits in short steps, in each of which the permit is renewed: a real control process does this in its cycle.
 // Allow only what the machine's state allows: the drive is off, nothing moves the axis.
 CommandResult AwaitWithPermit(const Axis& axis, const CommandId& id, const std::string& operation) {
   CommandResult result;
@@ -77,7 +76,7 @@ int Handle(const CommandResult& result) {
       std::printf("failed, perhaps in part: %s; look at the device\n", text.c_str());
       return kFailed;
     case CommandOutcome::kIndeterminate:
-      std::printf("nobody can tell whether it was done (finding %d): %s; look at the device\n",
+      std::printf("it is not known whether it was done (finding %d): %s; look at the device\n",
                   result.status.finding, text.c_str());
       return kIndeterminate;
     case CommandOutcome::kNotAccepted:
@@ -110,17 +109,16 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: send_command CONFIG DEVICE VALUE [COMMAND_KEY [PERMIT_KEY]]\n");
     return kUsage;
   }
-  std::string error;
-  const auto commands = ClientSettings::OfMachine(argv[1], argc > 4 ? argv[4] : "", error);
-  const auto permits = commands ? ClientSettings::OfMachine(argv[1], argc > 5 ? argv[5] : "", error) : std::nullopt;
-  if (!permits) {
-    std::fprintf(stderr, "%s\n", error.c_str());
+  const auto commands = ClientSettings::OfMachine(argv[1], argc > 4 ? argv[4] : "");
+  const auto permits = ClientSettings::OfMachine(argv[1], argc > 5 ? argv[5] : "");
+  if (!commands || !permits) {
+    std::fprintf(stderr, "%s\n", (commands ? permits : commands).error().text.c_str());
     return 1;
   }
   CommandClient client(*commands);
   PermitIssuer issuer(*permits);
-  if (!client.problem().empty() || !issuer.problem().empty()) {
-    std::fprintf(stderr, "%s\n", (client.problem().empty() ? issuer.problem() : client.problem()).c_str());
+  if (!client.state() || !issuer.state()) {
+    std::fprintf(stderr, "%s\n", (client.state() ? issuer.state() : client.state()).error().text.c_str());
     return 1;
   }
   client.OnStatus([](const axlecast::command_status_t& status) {

@@ -14,7 +14,7 @@ DONE, REJECTED, FAILED, INDETERMINATE, NO_ANSWER, UNVERIFIED = 0, 3, 4, 5, 6, 7
 
 
 def axlecast(*words):
-    """Exit code and the outcome's JSON; {} when the CLI printed none, and said why on standard error."""
+    """Exit code and the outcome's JSON; {} if the CLI printed only an error on standard error."""
     done = subprocess.run(["axlecast", *words, "--json"], stdout=subprocess.PIPE, text=True, stdin=subprocess.DEVNULL)
     return done.returncode, json.loads(done.stdout) if done.stdout else {}
 

@@ -233,4 +233,23 @@ void AlarmTable::Write(alarm_t& message, std::int64_t utime) {
   for (std::size_t i = 0; i < shown_.size(); ++i) message.entries[i].last_utime = shown_[i]->last_utime;
 }
 
+ProgramAlarms::ProgramAlarms(std::string name, std::int64_t boot_id) {
+  message_.boot_id = boot_id;
+  message_.seq = -1;
+  message_.device = std::move(name);
+}
+
+void ProgramAlarms::Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched) {
+  const AlarmState gone = latched ? AlarmState::kDriverLatched : AlarmState::kAbsent;
+  table_.Set(alarm, present ? AlarmState::kLive : gone, utime);
+}
+
+const alarm_t& ProgramAlarms::Make(Timestamp now) {
+  message_.utime = now.utime;
+  message_.mono_ns = now.mono;
+  table_.Write(message_, now.utime);
+  ++message_.seq;
+  return message_;
+}
+
 }  // namespace axlecast

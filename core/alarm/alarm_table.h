@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/spelling.h"
+#include "core/base/time.h"
 #include "core/device/device.h"
 
 namespace axlecast {
@@ -130,6 +131,22 @@ class AlarmTable {
   bool offline_ = false;
   std::int64_t revision_ = 0;
   std::int64_t acknowledged_revision_ = 0;
+};
+
+// The alarms of one program other than a driver, and its ALARM message.
+class ProgramAlarms {
+ public:
+  ProgramAlarms(std::string name, std::int64_t boot_id);
+
+  // With `latched`, an alarm that is not present is listed as DRIVER_LATCHED. `utime`: us, UNIX time.
+  void Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched = false);
+  // Returns the message for `now`; valid until the next call.
+  [[nodiscard]] const alarm_t& Make(Timestamp now);
+  [[nodiscard]] std::int64_t revision() const { return table_.revision(); }
+
+ private:
+  AlarmTable table_;
+  alarm_t message_{};
 };
 
 }  // namespace axlecast

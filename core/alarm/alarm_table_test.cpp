@@ -1,10 +1,9 @@
 #include "core/alarm/alarm_table.h"
 
 #include <gtest/gtest.h>
-
 #include <cstring>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 
 namespace axlecast {
 namespace {

@@ -1,6 +1,6 @@
 // Whatever the bytes: what is shown is UTF-8 without control characters, and showing it again changes nothing.
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 #include <cstddef>
 #include <cstdint>

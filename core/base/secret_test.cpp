@@ -11,20 +11,21 @@
 namespace axlecast {
 namespace {
 
-// Short enough to stand within the object, where a test can look for what is left of it.
+// Short enough to be stored within the object, where a test can look for its rest.
 constexpr std::string_view kShort = "tr0ub4dor";
 
-// Memory in which a Secret lives and that outlives it.
+// Memory in which an object lives and that outlives it.
+template <typename Object = Secret>
 struct Place {
   template <typename... Arguments>
-  Secret* Make(Arguments&&... arguments) {
-    return new (bytes.data()) Secret(std::forward<Arguments>(arguments)...);
+  Object* Make(Arguments&&... arguments) {
+    return new (bytes.data()) Object(std::forward<Arguments>(arguments)...);
   }
   [[nodiscard]] bool Holds(std::string_view text) const {
     return std::string_view(bytes.data(), bytes.size()).find(text) != std::string_view::npos;
   }
 
-  alignas(Secret) std::array<char, sizeof(Secret)> bytes{};
+  alignas(Object) std::array<char, sizeof(Object)> bytes{};
 };
 
 TEST(Secret, HoldsItsText) {
@@ -35,7 +36,7 @@ TEST(Secret, HoldsItsText) {
 }
 
 TEST(Secret, LeavesNothingBehindWhenItGoes) {
-  Place place;
+  Place<> place;
   Secret* const secret = place.Make(std::string(kShort));
   ASSERT_TRUE(place.Holds(kShort));
   std::destroy_at(secret);
@@ -43,7 +44,7 @@ TEST(Secret, LeavesNothingBehindWhenItGoes) {
 }
 
 TEST(Secret, MovesAndLeavesNothingWhereItWas) {
-  Place place;
+  Place<> place;
   Secret* const first = place.Make(std::string(kShort));
   Secret second(std::move(*first));
   EXPECT_EQ(second.text(), kShort);
@@ -59,7 +60,7 @@ TEST(Secret, MovesAndLeavesNothingWhereItWas) {
 }
 
 TEST(Secret, WhatANewOneReplacesIsWiped) {
-  Place place;
+  Place<> place;
   Secret* const secret = place.Make(std::string(kShort));
   *secret = Secret(std::string("x"));
   EXPECT_EQ(secret->text(), "x");
@@ -68,6 +69,19 @@ TEST(Secret, WhatANewOneReplacesIsWiped) {
   *secret = std::move(same);
   EXPECT_EQ(secret->text(), "x");
   std::destroy_at(secret);
+}
+
+TEST(Secret, AResultLeavesNothingBehindWhenItIsMovedOrDestroyed) {
+  Place<Result<Secret>> place;
+  Result<Secret>* const first = place.Make(Secret(std::string(kShort)));
+  ASSERT_TRUE(place.Holds(kShort));
+  Result<Secret> second(std::move(*first));
+  EXPECT_EQ(second->text(), kShort);
+  EXPECT_FALSE(place.Holds(kShort.substr(1, 3)));
+  *first = std::move(second);
+  ASSERT_TRUE(place.Holds(kShort));
+  std::destroy_at(first);
+  EXPECT_FALSE(place.Holds(kShort.substr(1, 3)));
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
@@ -97,6 +97,11 @@ std::optional<std::string> NearestWord(std::string_view word, const std::vector<
   return nearest;
 }
 
+std::string Suggestion(std::string_view word, const std::vector<std::string>& known, const std::string& otherwise) {
+  const std::optional<std::string> near = NearestWord(word, known);
+  return near ? "; did you mean " + Quoted(*near) + "?" : otherwise;
+}
+
 std::string Listed(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) {
@@ -110,6 +115,13 @@ std::string Quoted(std::string_view value) {
   constexpr std::size_t kShown = 40;
   const std::string_view begin = Shortened(value, kShown);
   return "'" + TerminalText(begin, TextShape::kOneLine) + (begin.size() < value.size() ? "...'" : "'");
+}
+
+std::optional<std::int64_t> ParseInteger(std::string_view text, std::int64_t min, std::int64_t max) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < min || value > max) return std::nullopt;
+  return value;
 }
 
 bool IsName(std::string_view text) {

@@ -66,8 +66,8 @@ TEST_F(OwnKeyTest, WhatIsWrongIsNamedButNeverShown) {
   EXPECT_FALSE(Load(Own()));
   EXPECT_EQ(problem_,
             "/etc/axlecast/bridge.key holds another key than the machine's file names: its public key is " +
-                KeyText(other.public_key()) + ", in the machine's file stands " + KeyText(key_.public_key()) +
-                "; put the first there, or the right key into the place");
+                KeyText(other.public_key()) + ", the machine's file has " + KeyText(key_.public_key()) +
+                "; put the first into the machine's file, or the right key into the place");
   EXPECT_THAT(problem_, Not(HasSubstr(other.FileText().substr(15, 64))));
 }
 

@@ -1,4 +1,4 @@
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

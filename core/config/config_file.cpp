@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <string_view>
 
 namespace axlecast {
 namespace {
@@ -40,10 +39,10 @@ const char* KindText(mode_t mode) {
   return "a device";
 }
 
-// Whether the group is the one that the owner alone is in.
+// Returns true if the owner is the only member of the group.
 bool IsPrivateGroup(uid_t owner, gid_t group) {
   const passwd* const user = getpwuid(owner);
-  // Of an account that this host does not know, such as that of a container's host.
+  // An account that this host does not know, for example of a container's host.
   if (user == nullptr) return owner == group && getgrgid(group) == nullptr;
   if (user->pw_gid != group) return false;
   const std::string name = user->pw_name;
@@ -51,62 +50,44 @@ bool IsPrivateGroup(uid_t owner, gid_t group) {
   return found != nullptr && name == found->gr_name && found->gr_mem[0] == nullptr;
 }
 
-std::string WriterProblem(const struct stat& status) {
+Result<> CheckWriters(const struct stat& status) {
+  const bool by_all = (status.st_mode & S_IWOTH) != 0;
   const bool by_group = (status.st_mode & S_IWGRP) != 0 && !IsPrivateGroup(status.st_uid, status.st_gid);
-  if ((status.st_mode & S_IWOTH) == 0 && !by_group) return "";
-  return std::string("can be written by ") + ((status.st_mode & S_IWOTH) != 0 ? "every user" : "its group") +
-         ": whoever can write this file decides who may command the machine; check its content, then chmod go-w it";
+  if (!by_all && !by_group) return {};
+  return Failure(
+      std::string("can be written by ") + (by_all ? "every user" : "its group") +
+      ": who can write this file decides who may command the machine; check its content, then chmod go-w it");
 }
 
-std::string ReadAll(int fd, std::string& text) {
-  std::array<char, 16'384> block{};
-  while (text.size() < kMaxRead) {
-    const ssize_t count = read(fd, block.data(), block.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return std::string("cannot be read: ") + std::strerror(errno);
-    if (count == 0) break;
-    text.append(block.data(), static_cast<std::size_t>(count));
-  }
-  return "";
-}
-
-// `writers` becomes the problem with those who may write the file; empty: there is none.
-std::string Read(const std::string& path, std::string& text, std::string& writers) {
-  const OpenFile file(path);
-  struct stat status {};
-  if (file.get() < 0 || fstat(file.get(), &status) != 0) {
-    return std::string("cannot be read: ") + std::strerror(errno);
-  }
-  if (!S_ISREG(status.st_mode)) {
-    return std::string("cannot be read: it is ") + KindText(status.st_mode) +
-           "; name a regular file that describes the machine";
-  }
-  writers = WriterProblem(status);
-  return ReadAll(file.get(), text);
-}
-
-bool Report(const std::string& problem, ConfigErrors& errors) {
-  if (!problem.empty()) errors.Add(YAML::Mark::null_mark(), problem);
-  return problem.empty();
-}
+Error CannotRead() { return {std::string("cannot be read: ") + std::strerror(errno)}; }
 
 }  // namespace
 
-bool ReadConfigFile(const std::string& file, std::string& text, ConfigErrors& errors) {
-  text.clear();
-  std::string writers;
-  return Report(Read(file, text, writers), errors) && Report(writers, errors);
-}
-
-bool ReadSharedConfigFile(const std::string& file, std::string& text, ConfigErrors& errors) {
-  text.clear();
-  std::string writers;
-  return Report(Read(file, text, writers), errors);
+Result<std::string> ReadConfigFile(const std::string& path, ConfigWriters writers) {
+  const OpenFile file(path);
+  struct stat status {};
+  if (file.get() < 0 || fstat(file.get(), &status) != 0) return Failure(CannotRead());
+  if (!S_ISREG(status.st_mode)) {
+    return Failure(std::string("cannot be read: it is ") + KindText(status.st_mode) +
+                   "; name a regular file that describes the machine");
+  }
+  std::string text;
+  std::array<char, 16'384> block{};
+  while (text.size() < kMaxRead) {
+    const ssize_t count = read(file.get(), block.data(), block.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return Failure(CannotRead());
+    if (count == 0) break;
+    text.append(block.data(), static_cast<std::size_t>(count));
+  }
+  if (const Result<> safe = CheckWriters(status); !safe && writers == ConfigWriters::kOwner)
+    return Failure(safe.error());
+  return text;
 }
 
 bool OthersMayWriteConfig(const std::string& file) {
   struct stat status {};
-  return stat(file.c_str(), &status) == 0 && !WriterProblem(status).empty();
+  return stat(file.c_str(), &status) == 0 && !CheckWriters(status);
 }
 
 }  // namespace axlecast

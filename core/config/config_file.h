@@ -1,20 +1,24 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include "core/config/config_map.h"
+#include "core/base/result.h"
 
 namespace axlecast {
 
-// Reads the machine's file into `text`. Returns false after an error: only a regular file is read that no other user may
-// write, because who can write it decides who may command the machine. A file that is writable for the private group
-// of its owner (Debian's user private groups, umask 002) is accepted. Never waits: a FIFO or a device is refused.
-[[nodiscard]] bool ReadConfigFile(const std::string& file, std::string& text, ConfigErrors& errors);
+// Who may be able to write the machine's file.
+enum class ConfigWriters : std::uint8_t {
+  kOwner,   // who can write the file decides who may command the machine; for programs that obey it
+  kAnyone,  // for programs that only examine it
+};
 
-// The same for a program that examines the file instead of obeying it: it may be one that others can write.
-[[nodiscard]] bool ReadSharedConfigFile(const std::string& file, std::string& text, ConfigErrors& errors);
+// Reads the machine's file: a regular file without other writers. A file that is writable for the private group of its owner
+// (Debian's user private groups, umask 002) is accepted. Never waits: a FIFO or a device is refused.
+[[nodiscard]] Result<std::string> ReadConfigFile(const std::string& file,
+                                                 ConfigWriters writers = ConfigWriters::kOwner);
 
-// Whether ReadConfigFile refuses the file because of those who can write it.
+// Returns true if others than its owner can write the file, so that ReadConfigFile refuses it.
 [[nodiscard]] bool OthersMayWriteConfig(const std::string& file);
 
 }  // namespace axlecast

@@ -6,13 +6,13 @@
 #include <iterator>
 #include <sstream>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {
 
-// A file that is wrong all over says so often enough with these.
+// Further errors are dropped.
 constexpr std::size_t kMaxErrors = 200;
 
 constexpr std::string_view kGivenName = "<name>";
@@ -49,21 +49,16 @@ std::optional<double> ParseNumber(std::string_view text) {
   return value;
 }
 
-std::optional<std::int64_t> ParseInteger(std::string_view text) {
-  int base = 10;
+// Also with a plus sign, and in hex: 0x1F.
+std::optional<std::int64_t> ParseWhole(std::string_view text) {
   if (text.starts_with('+')) text.remove_prefix(1);
-  if (text.starts_with("0x") || text.starts_with("0X")) {
-    text.remove_prefix(2);
-    base = 16;
-    if (text.starts_with('-')) return std::nullopt;
-  }
+  if (!text.starts_with("0x") && !text.starts_with("0X")) return ParseInteger(text);
+  text.remove_prefix(2);
   std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, base);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (error != std::errc() || end != text.data() + text.size() || text.starts_with('-')) return std::nullopt;
   return value;
 }
-
-std::vector<std::string> Words(const std::vector<std::string_view>& views) { return {views.begin(), views.end()}; }
 
 }  // namespace
 
@@ -111,7 +106,7 @@ ConfigMap::ConfigMap(const Entry& entry, std::string path, std::string place, Co
     : node_(entry.value), mark_(entry.mark), path_(std::move(path)), place_(std::move(place)), errors_(&errors) {
   if (!node_.IsDefined() || node_.IsNull() || node_.IsMap()) return;
   errors_->Add(mark_, (path_.empty() ? "the file" : path_) + ": " + KindOf(node_) +
-                          " stands where a mapping (key: value) is expected");
+                          " is given where a mapping (key: value) is expected");
 }
 
 ConfigMap::Entry ConfigMap::Find(std::string_view key) {
@@ -131,7 +126,7 @@ std::optional<std::string> ConfigMap::Scalar(std::string_view key, std::string_v
   const Entry entry = Find(key);
   if (!entry.value.IsDefined()) return std::nullopt;
   if (entry.value.IsScalar()) return entry.value.Scalar();
-  Error(key, KindOf(entry.value) + " stands where " + std::string(expected) + " is expected");
+  Error(key, KindOf(entry.value) + " is given where " + std::string(expected) + " is expected");
   return std::nullopt;
 }
 
@@ -184,74 +179,79 @@ bool ConfigMap::Bool(std::string_view key, bool fallback) {
   return *text == "false" ? false : fallback;
 }
 
-double ConfigMap::Number(std::string_view key, double fallback, double min, double max, std::string_view unit) {
-  const std::string range = Range(Plain(min), Plain(max), unit);
-  Asked(key, "number", range, fallback < min || fallback > max ? "" : Plain(fallback));
-  const std::optional<std::string> text = Scalar(key, "a number (" + range + ")");
+template <typename Value, typename Parse>
+Value ConfigMap::Parsed(std::string_view key, Value fallback, const std::string& expected, const std::string& right,
+                        Parse parse) {
+  const std::optional<std::string> text = Scalar(key, expected);
   if (!text) return fallback;
-  const std::optional<double> value = ParseNumber(*text);
+  const std::optional<Value> value = parse(*text);
+  if (!value) Wrong(Find(key).mark, key, *text, right);
+  return value.value_or(fallback);
+}
+
+template <typename Value, typename Parse, typename Format>
+Value ConfigMap::Ranged(std::string_view key, Value fallback, Value min, Value max, std::string_view unit,
+                        const std::string& kind, Parse parse, Format format) {
+  const std::string range = Range(format(min), format(max), unit);
+  const std::string expected = "a " + kind + " (" + range + ")";
+  Asked(key, kind, range, fallback < min || fallback > max ? "" : format(fallback));
+  const std::optional<std::string> text = Scalar(key, expected);
+  if (!text) return fallback;
+  const std::optional<Value> value = parse(*text);
   if (value && *value >= min && *value <= max) return *value;
-  Wrong(Find(key).mark, key, *text, value ? "within " + range : "a number (" + range + ")");
+  Wrong(Find(key).mark, key, *text, value ? "within " + range : expected);
   return fallback;
+}
+
+double ConfigMap::Number(std::string_view key, double fallback, double min, double max, std::string_view unit) {
+  return Ranged(key, fallback, min, max, unit, "number", ParseNumber, Plain);
 }
 
 std::int64_t ConfigMap::Integer(std::string_view key, std::int64_t fallback, std::int64_t min, std::int64_t max,
                                 std::string_view unit) {
-  const std::string range = Range(std::to_string(min), std::to_string(max), unit);
-  Asked(key, "whole number", range, fallback < min || fallback > max ? "" : std::to_string(fallback));
-  const std::optional<std::string> text = Scalar(key, "a whole number (" + range + ")");
-  if (!text) return fallback;
-  const std::optional<std::int64_t> value = ParseInteger(*text);
-  if (value && *value >= min && *value <= max) return *value;
-  Wrong(Find(key).mark, key, *text, value ? "within " + range : "a whole number (" + range + ")");
-  return fallback;
+  const auto format = [](std::int64_t value) { return std::to_string(value); };
+  return Ranged(key, fallback, min, max, unit, "whole number", ParseWhole, format);
 }
 
 MonoNs ConfigMap::Time(std::string_view key, MonoNs fallback) {
   Asked(key, "time", {}, fallback == 0 ? "" : FormatTime(fallback));
-  const std::optional<std::string> text = Scalar(key, "a time");
-  if (!text) return fallback;
-  const std::optional<MonoNs> value = ParseTime(*text);
-  if (!value) Wrong(Find(key).mark, key, *text, kTimeRule);
-  return value.value_or(fallback);
+  return Parsed(key, fallback, "a time", kTimeRule, ParseTime);
 }
 
 std::int64_t ConfigMap::Size(std::string_view key, std::int64_t fallback) {
   Asked(key, "size", {}, fallback == 0 ? "" : FormatSize(fallback));
-  const std::optional<std::string> text = Scalar(key, "a size");
-  if (!text) return fallback;
-  const std::optional<std::int64_t> value = ParseSize(*text);
-  if (!value) Wrong(Find(key).mark, key, *text, kSizeRule);
-  return value.value_or(fallback);
+  return Parsed(key, fallback, "a size", kSizeRule, ParseSize);
 }
 
 std::size_t ConfigMap::Choice(std::string_view key, const std::vector<std::string_view>& names,
                               std::size_t fallback) {
-  const std::vector<std::string> words = Words(names);
+  const std::vector<std::string> words(names.begin(), names.end());
+  const std::string right = "one of " + Listed(words);
   Asked(key, "word", Listed(words), fallback < words.size() ? words[fallback] : std::string());
-  const std::optional<std::string> text = Scalar(key, "one of " + Listed(words));
+  const std::optional<std::string> text = Scalar(key, right);
   if (!text) return fallback;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i] == *text) return i;
-  }
-  const std::optional<std::string> near = NearestWord(*text, words);
-  Wrong(Find(key).mark, key, *text,
-        "one of " + Listed(words) + (near ? "; did you mean " + Quoted(*near) + "?" : ""));
+  const auto found = std::find(words.begin(), words.end(), *text);
+  if (found != words.end()) return static_cast<std::size_t>(found - words.begin());
+  Wrong(Find(key).mark, key, *text, right + Suggestion(*text, words, ""));
   return fallback;
+}
+
+std::optional<YAML::Node> ConfigMap::Sequence(std::string_view key, const std::string& expected) {
+  const Entry entry = Find(key);
+  if (!entry.value.IsDefined()) return std::nullopt;
+  if (entry.value.IsSequence()) return entry.value;
+  Error(key, KindOf(entry.value) + " is given where " + expected);
+  return std::nullopt;
 }
 
 std::vector<std::int64_t> ConfigMap::Integers(std::string_view key, std::int64_t min, std::int64_t max) {
   std::vector<std::int64_t> values;
   Asked(key, "list of whole numbers", Range(std::to_string(min), std::to_string(max), ""));
-  const Entry entry = Find(key);
-  if (!entry.value.IsDefined()) return values;
   const std::string right = "a whole number (" + Range(std::to_string(min), std::to_string(max), "") + ")";
-  if (!entry.value.IsSequence()) {
-    Error(key, KindOf(entry.value) + " stands where a list is expected: [" + right + ", ...]");
-    return values;
-  }
-  for (const auto& item : entry.value) {
-    const std::optional<std::int64_t> value = item.IsScalar() ? ParseInteger(item.Scalar()) : std::nullopt;
+  const auto list = Sequence(key, "a list is expected: [" + right + ", ...]");
+  if (!list) return values;
+  for (const auto& item : *list) {
+    const std::optional<std::int64_t> value = item.IsScalar() ? ParseWhole(item.Scalar()) : std::nullopt;
     if (value && *value >= min && *value <= max) {
       values.push_back(*value);
     } else {
@@ -264,22 +264,18 @@ std::vector<std::int64_t> ConfigMap::Integers(std::string_view key, std::int64_t
 std::vector<std::string> ConfigMap::Strings(std::string_view key) {
   std::vector<std::string> values;
   Asked(key, "list of texts");
-  const Entry entry = Find(key);
-  if (!entry.value.IsDefined()) return values;
-  if (!entry.value.IsSequence()) {
-    Error(key, KindOf(entry.value) + " stands where a list is expected: [a, b]");
-    return values;
-  }
-  for (const auto& item : entry.value) {
+  const auto list = Sequence(key, "a list is expected: [a, b]");
+  if (!list) return values;
+  for (const auto& item : *list) {
     if (!item.IsScalar()) {
       Wrong(item.Mark(), key, "", "a text");
     } else if (std::find(values.begin(), values.end(), item.Scalar()) != values.end()) {
-      errors_->Add(item.Mark(), Path(key) + ": " + Quoted(item.Scalar()) + " stands twice");
+      errors_->Add(item.Mark(), Path(key) + ": " + Quoted(item.Scalar()) + " is given twice");
     } else {
       values.push_back(item.Scalar());
     }
   }
-  if (entry.value.size() == 0) Error(key, "is empty: name at least one, or leave the key out");
+  if (list->size() == 0) Error(key, "is empty: name at least one, or leave the key out");
   return values;
 }
 
@@ -301,6 +297,12 @@ std::vector<std::uint8_t> ConfigMap::HexBytes(std::string_view key) {
   }
   if (bytes.empty()) Wrong(Find(key).mark, key, *text, kRight);
   return bytes;
+}
+
+std::string ConfigMap::File(std::string_view key, const std::string& example) {
+  std::string file = String(key, "");
+  if (Has(key) && !file.starts_with('/')) Error(key, Quoted(file) + " is no absolute path, e.g. " + example);
+  return file;
 }
 
 ConfigMap ConfigMap::Map(std::string_view key) {
@@ -335,13 +337,9 @@ std::vector<std::pair<std::string, ConfigMap>> ConfigMap::Maps(std::string_view 
 std::vector<ConfigMap> ConfigMap::List(std::string_view key) {
   std::vector<ConfigMap> list;
   Asked(key, "list of mappings");
-  const Entry entry = Find(key);
-  if (!entry.value.IsDefined()) return list;
-  if (!entry.value.IsSequence()) {
-    Error(key, KindOf(entry.value) + " stands where a list of mappings is expected: [{...}, ...]");
-    return list;
-  }
-  for (const YAML::Node& item : entry.value) {
+  const auto items = Sequence(key, "a list of mappings is expected: [{...}, ...]");
+  if (!items) return list;
+  for (const YAML::Node& item : *items) {
     list.push_back(ConfigMap(Entry{item, item.Mark()}, Path(key) + '[' + std::to_string(list.size()) + ']',
                              Below(place_, key) + "[]", *errors_));
   }
@@ -350,6 +348,10 @@ std::vector<ConfigMap> ConfigMap::List(std::string_view key) {
 
 void ConfigMap::Error(std::string_view key, const std::string& text) {
   errors_->Add(Find(key).mark, Path(key) + ": " + text);
+}
+
+void ConfigMap::CheckName(const std::string& name) {
+  if (!IsName(name)) ErrorHere(Quoted(name) + kNameRule);
 }
 
 void ConfigMap::Done() {
@@ -364,23 +366,18 @@ void ConfigMap::Done() {
 
 void ConfigMap::ReportUnknown(const std::string& key, const YAML::Mark& mark) {
   const std::vector<std::string> known(known_.begin(), known_.end());
-  const std::optional<std::string> near = NearestWord(key, known);
-  std::string text = (path_.empty() ? "" : path_ + ": ") + "unknown key " + Quoted(key);
-  text += near ? "; did you mean " + Quoted(*near) + "?" : "; known here: " + Listed(known);
-  errors_->Add(mark, text);
+  errors_->Add(mark, (path_.empty() ? "" : path_ + ": ") + "unknown key " + Quoted(key) +
+                         Suggestion(key, known, "; known here: " + Listed(known)));
 }
 
 int ConfigMap::line() const { return mark_.is_null() ? 0 : mark_.line + 1; }
 
 SecretPlace LoadPlace(ConfigMap& map, const std::string& example) {
   SecretPlace place;
-  place.file = map.String("file", "");
+  place.file = map.File("file", example);
   place.credential = map.String("credential", "");
   if (!place.file.empty() && !place.credential.empty()) {
-    map.Error("credential", "stands beside file: it is read from one of them; leave the other out");
-  }
-  if (map.Has("file") && !place.file.starts_with('/')) {
-    map.Error("file", Quoted(place.file) + " is no absolute path, e.g. " + example);
+    map.Error("credential", "is given together with file: it is read from one of them; leave the other out");
   }
   if (map.Has("credential") && (place.credential.empty() || place.credential.find('/') != std::string::npos)) {
     map.Error("credential", Quoted(place.credential) + " is no name below $CREDENTIALS_DIRECTORY, without '/'");

@@ -3,7 +3,6 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -81,6 +80,8 @@ class ConfigMap {
   // A list of texts that holds at least one, and none twice.
   [[nodiscard]] std::vector<std::string> Strings(std::string_view key);
   [[nodiscard]] std::vector<std::uint8_t> HexBytes(std::string_view key);  // "A1 05"
+  // An absolute path; "" without the key. `example` is for the message.
+  [[nodiscard]] std::string File(std::string_view key, const std::string& example);
   // A mapping below; an empty one when the key is absent.
   [[nodiscard]] ConfigMap Map(std::string_view key);
   // The same of a mapping whose key is a name that the file gives, such as a device's.
@@ -91,12 +92,17 @@ class ConfigMap {
   [[nodiscard]] std::vector<std::pair<std::string, ConfigMap>> Maps(std::string_view key);
   [[nodiscard]] std::vector<ConfigMap> List(std::string_view key);  // a sequence of mappings
 
-  // An error at a key's value (or at the mapping when the key is absent).
+  // Adds an error at a key's value, or at the mapping if the key is absent.
   void Error(std::string_view key, const std::string& text);
+  // Adds an error at the mapping.
+  void ErrorHere(const std::string& text) { errors_->Add(mark_, path_ + ": " + text); }
+  // Checks a name that the file gives to the mapping.
+  void CheckName(const std::string& name);
   void Done();
 
+  // Returns true if the file has the mapping, even if it is empty.
+  [[nodiscard]] bool given() const { return node_.IsDefined() && (node_.IsMap() || node_.IsNull()); }
   [[nodiscard]] int line() const;
-  [[nodiscard]] const YAML::Mark& mark() const { return mark_; }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] ConfigErrors& errors() { return *errors_; }
   [[nodiscard]] YAML::Node node() const { return node_; }
@@ -109,8 +115,17 @@ class ConfigMap {
   ConfigMap(const Entry& entry, std::string path, std::string place, ConfigErrors& errors);
 
   [[nodiscard]] Entry Find(std::string_view key);
-  // The text of a scalar; nothing, after an error, when the key holds something else than `expected`.
+  // Returns the text of a scalar; nothing if the key is absent or, after an error, is something else than `expected`.
   [[nodiscard]] std::optional<std::string> Scalar(std::string_view key, std::string_view expected);
+  // Returns the scalar as `parse` reads it; `fallback` if the key is absent or, after an error, `parse` returns nothing.
+  template <typename Value, typename Parse>
+  [[nodiscard]] Value Parsed(std::string_view key, Value fallback, const std::string& expected,
+                             const std::string& right, Parse parse);
+  template <typename Value, typename Parse, typename Format>
+  [[nodiscard]] Value Ranged(std::string_view key, Value fallback, Value min, Value max, std::string_view unit,
+                             const std::string& kind, Parse parse, Format format);
+  // Returns a list; nothing if the key is absent or, after an error, is not a list.
+  [[nodiscard]] std::optional<YAML::Node> Sequence(std::string_view key, const std::string& expected);
   [[nodiscard]] std::string Path(std::string_view key) const;
   // Notes the possible values of `key` in the list of keys.
   void Asked(std::string_view key, std::string kind, std::string range = {}, std::string fallback = {});

@@ -59,7 +59,7 @@ TEST_F(ConfigMapTest, WhatIsAbsentIsTheDefault) {
   EXPECT_EQ(errors_.Text(), "");
 }
 
-// Each mistake: what stands in the file, who reads it, and the whole message.
+// Each mistake: the content of the file, its reader, and the whole message.
 TEST_F(ConfigMapTest, EveryMistakeNamesPlaceValueAndWhatIsRight) {
   ConfigMap map =
       Of("a: yes\n"
@@ -99,11 +99,11 @@ TEST_F(ConfigMapTest, EveryMistakeNamesPlaceValueAndWhatIsRight) {
             "f.yaml:5:12: e: 'x' is not a whole number (0 to 79)\n"
             "f.yaml:6:4: f: 'A1 5' is not bytes in hex, two digits each: \"A1 05\"\n"
             "f.yaml:7:4: g: 'cv' is not one of ccw, cw; did you mean 'cw'?\n"
-            "f.yaml:8:4: h: a mapping stands where a text is expected\n"
-            "f.yaml:9:1: j: nothing stands where a text is expected\n"
+            "f.yaml:8:4: h: a mapping is given where a text is expected\n"
+            "f.yaml:9:1: j: nothing is given where a text is expected\n"
             "f.yaml:10:4: k: 'nan' is not a number (0 to 5 mm)\n"
             "f.yaml:11:4: l: '99999999999999999999' is not a whole number (0 to 9)\n"
-            "f.yaml:12:4: m: 'text' stands where a mapping (key: value) is expected\n");
+            "f.yaml:12:4: m: 'text' is given where a mapping (key: value) is expected\n");
 }
 
 TEST_F(ConfigMapTest, AnUnknownKeyIsAnsweredWithTheNearestKnown) {
@@ -170,14 +170,14 @@ TEST(ParseYaml, SyntaxErrorsNameLineAndColumn) {
 TEST(ParseYaml, ATabInTheIndentationIsNamed) {
   const std::string errors = TextErrors("machine: a\nbuses:\n\tb: 1\n");
   EXPECT_THAT(errors, HasSubstr("f.yaml:3:"));
-  EXPECT_THAT(errors, HasSubstr("a tab stands in the indentation: use spaces"));
+  EXPECT_THAT(errors, HasSubstr("the indentation contains a tab: use spaces"));
 }
 
 TEST(ParseYaml, AKeyThatStandsTwiceIsRefusedAtEveryDepth) {
   EXPECT_EQ(TextErrors("a: 1\nb:\n  c: 1\n  d: [{e: 1, e: 2}]\n  c: 2\na: 3\n"),
-            "f.yaml:4:14: key 'e' stands twice here; the first is in line 4\n"
-            "f.yaml:5:3: key 'c' stands twice here; the first is in line 3\n"
-            "f.yaml:6:1: key 'a' stands twice here; the first is in line 1\n");
+            "f.yaml:4:14: key 'e' is given twice here; the first is in line 4\n"
+            "f.yaml:5:3: key 'c' is given twice here; the first is in line 3\n"
+            "f.yaml:6:1: key 'a' is given twice here; the first is in line 1\n");
 }
 
 TEST(ParseYaml, TakesOneDocumentWithPlainKeys) {
@@ -272,7 +272,7 @@ TEST_F(ConfigMapTest, ReadsTimesAndSizes) {
   EXPECT_EQ(errors_.Text(),
             "f.yaml:3:8: short: '5' is not a time: 90s, 15m, 1h, 14d, 2w or 5y\n"
             "f.yaml:4:8: small: '1 GB' is not a size: 512kB, 100MB, 20GB or 1TB\n"
-            "f.yaml:5:7: list: a list stands where a time is expected\n");
+            "f.yaml:5:7: list: a list is given where a time is expected\n");
 }
 
 }  // namespace

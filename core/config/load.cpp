@@ -6,11 +6,7 @@
 #include <sstream>
 
 #include "core/base/spelling.h"
-#include "core/config/config_file.h"
-#include "core/config/load_sections.h"
-#include "core/config/mqtt_config.h"
-#include "core/config/recorder_config.h"
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
 
@@ -71,14 +67,14 @@ class MachineLoader {
     lcm.url = map.String("url", lcm.url);
     lcm.command_url = map.String("command_url", lcm.command_url);
     lcm.prefix = map.String("prefix", "");
-    const LcmUrl data = ParseLcmUrl(lcm.url);
-    const LcmUrl command = ParseLcmUrl(lcm.command_url);
-    if (!data.problem.empty()) map.Error("url", Quoted(lcm.url) + ' ' + data.problem);
-    if (!command.problem.empty()) map.Error("command_url", Quoted(lcm.command_url) + ' ' + command.problem);
-    if (!data.in_process && data.port != 0 && data.port == command.port) {
+    const auto data = ParseLcmUrl(lcm.url);
+    const auto command = ParseLcmUrl(lcm.command_url);
+    if (!data) map.Error("url", Quoted(lcm.url) + ' ' + data.error().text);
+    if (!command) map.Error("command_url", Quoted(lcm.command_url) + ' ' + command.error().text);
+    if (data && command && !data->in_process && data->port == command->port) {
       map.Error("command_url", Quoted(lcm.command_url) +
-                                   " has the port of lcm.url: commands need their own port, "
-                                   "because LCM hands every process all of a port's messages");
+                                   " has the port of lcm.url: commands need their own port, because LCM hands "
+                                   "every process all of a port's messages");
     }
     if (lcm.prefix.size() > kLongestPrefix ||
         !ConsistsOf(lcm.prefix, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./")) {
@@ -87,30 +83,19 @@ class MachineLoader {
     map.Done();
   }
 
-  // True when `name` is new; else an error that tells where it stands first.
-  bool Register(std::map<std::string, std::string>& taken, const std::string& name, const std::string& where,
-                ConfigMap& map, std::string_view key, const std::string& advice) {
-    const auto [first, added] = taken.emplace(name, where);
-    if (!added) map.Error(key, Quoted(name) + " is used already by " + first->second + ": " + advice);
-    return added;
-  }
-
   void LoadBus(const std::string& name, ConfigMap& map) {
-    if (!IsName(name)) errors_.Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+    map.CheckName(name);
     map.MarkRequired("devices");
     auto devices = map.Maps("devices");
     for (auto& [device, device_map] : devices) {
-      if (!IsName(device)) errors_.Add(device_map.mark(), device_map.path() + ": " + Quoted(device) + kNameRule);
+      device_map.CheckName(device);
       if (device == kBridgeName) {
-        errors_.Add(device_map.mark(), device_map.path() +
-                                           ": 'bridge' is the bridge's own name (ALARM/bridge): "
-                                           "give the device another one");
+        device_map.ErrorHere("'bridge' is the bridge's own name (ALARM/bridge): give the device another one");
       }
       const auto [first, added] = devices_.emplace(device, name);
       if (!added && first->second != name) {
-        errors_.Add(device_map.mark(), device_map.path() + ": the name is taken by a device of bus " +
-                                           first->second +
-                                           ": a device's name is its channel, one for the whole machine");
+        device_map.ErrorHere("the name is taken by a device of bus " + first->second +
+                             ": a device's name is its channel, one for the whole machine");
       }
       families_.emplace(device, nullptr);
     }
@@ -145,9 +130,7 @@ class MachineLoader {
     const std::string name = map.String("family", "");
     const Family* family = FindFamily(name);
     if (family == nullptr && !name.empty()) {
-      const std::optional<std::string> near = NearestWord(name, known);
-      map.Error("family", Quoted(name) + " is none of " + Listed(known) +
-                              (near ? "; did you mean " + Quoted(*near) + "?" : ""));
+      map.Error("family", Quoted(name) + " is not one of " + Listed(known) + Suggestion(name, known, ""));
     }
     return family;
   }
@@ -187,9 +170,11 @@ class MachineLoader {
   // No two buses share a line.
   void RegisterLink(ConfigMap map, const BusConfig& bus) {
     if (bus.simulate || bus.link.port.empty()) return;
-    const char* key = LinkKey(bus.family->link);
-    Register(ports_, bus.link.port, "bus " + bus.name, map, key,
-             "each bus has a " + std::string(key) + " of its own");
+    const std::string key = LinkKey(bus.family->link);
+    const auto [first, added] = ports_.emplace(bus.link.port, bus.name);
+    if (added) return;
+    map.Error(key, Quoted(bus.link.port) + " is used already by bus " + first->second + ": each bus has a " + key +
+                       " of its own");
   }
 
   static void LoadRealtime(ConfigMap map, RealtimeConfig& realtime) {
@@ -245,18 +230,14 @@ std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& 
   return machine;
 }
 
-std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus) {
-  std::string text;
-  if (!ReadConfigFile(file, text, errors)) return std::nullopt;
-  std::optional<MachineConfig> machine = ParseConfig(text, errors, only_bus);
-  if (machine) machine->file = file;
-  return machine;
-}
-
-std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors) {
-  std::string text;
-  if (!ReadSharedConfigFile(file, text, errors)) return std::nullopt;
-  std::optional<MachineConfig> machine = ParseConfig(text, errors);
+std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus,
+                                        ConfigWriters writers) {
+  const Result<std::string> text = ReadConfigFile(file, writers);
+  if (!text) {
+    errors.Add(YAML::Mark::null_mark(), text.error().text);
+    return std::nullopt;
+  }
+  std::optional<MachineConfig> machine = ParseConfig(*text, errors, only_bus);
   if (machine) machine->file = file;
   return machine;
 }
@@ -278,10 +259,6 @@ std::unique_ptr<Simulator> SimulatorMaker::Make(const BusConfig& bus) {
   std::unique_ptr<Simulator> simulator = bus.family->make_simulator(bus, keys);
   keys.Done();
   return errors_->empty() ? std::move(simulator) : nullptr;
-}
-
-std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus, ConfigErrors& errors) {
-  return SimulatorMaker(machine, errors).Make(bus);
 }
 
 }  // namespace axlecast

@@ -7,29 +7,21 @@
 #include <string>
 #include <string_view>
 
+#include "core/config/config_file.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
 
-// Reads and checks the machine's file, all errors in one go. No value when there is any.
-// A driver knows its own family only: with `only_bus` the other buses' families, and what those say of their
-// devices, are left to the processes that know them, and those buses are not in the result.
+// Reads and checks the machine's file, and reports all errors at once. Returns nothing if there is an error. A driver knows
+// only its own family: with `only_bus`, the other buses and their devices are not checked and not in the result.
 [[nodiscard]] std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors,
-                                                      std::string_view only_bus = {});
+                                                      std::string_view only_bus = {},
+                                                      ConfigWriters writers = ConfigWriters::kOwner);
 [[nodiscard]] std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors,
                                                        std::string_view only_bus = {});
 
-// The simulator of the bus's devices by the keys that stand under its `simulate`. Null after an error.
-[[nodiscard]] std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus,
-                                                       ConfigErrors& errors);
-
-// As LoadConfig, for a program that examines the machine's host instead of obeying the file: it may be one that others
-// can write (OthersMayWriteConfig).
-[[nodiscard]] std::optional<MachineConfig> LoadSharedConfig(const std::string& file, ConfigErrors& errors);
-
-// Makes the simulators of a machine's buses by the keys that stand under their `simulate`. Reads the file's text once,
-// however many buses there are; MakeSimulator reads it for one.
+// Makes the simulators of a machine's buses by the keys of their `simulate`. Parses the file's text once for all buses.
 class SimulatorMaker {
  public:
   // Both must outlive the maker.
@@ -41,5 +33,28 @@ class SimulatorMaker {
   ConfigErrors* errors_;
   std::map<std::string, ConfigMap, std::less<>> buses_;
 };
+
+// The same for one bus.
+[[nodiscard]] inline std::unique_ptr<Simulator> MakeSimulator(const MachineConfig& machine, const BusConfig& bus,
+                                                              ConfigErrors& errors) {
+  return SimulatorMaker(machine, errors).Make(bus);
+}
+
+// ---- sections of the file ----
+
+// Returns the key of `link` that names the line: port, iface or spidev.
+[[nodiscard]] const char* LinkKey(LinkKind kind);
+
+// Reads `link` for the family's kind of line. A simulated bus has its pty or socket at `place`, with a suffix of its kind.
+[[nodiscard]] LinkConfig LoadLink(ConfigMap map, const Family& family, bool simulate, const std::string& place);
+
+// Reads one entry of a bus's `devices`: the keys of every device, then those of its family. `bus` has the bus's own keys.
+[[nodiscard]] DeviceConfig LoadDevice(const std::string& name, ConfigMap& map, const BusConfig& bus);
+
+// The machine's devices by name; null where their family is unknown here.
+using DeviceFamilies = std::map<std::string, const Family*, std::less<>>;
+
+// Reads `bridge`: who may command which devices, and with which keys.
+[[nodiscard]] BridgeConfig LoadBridge(ConfigMap map, const DeviceFamilies& devices);
 
 }  // namespace axlecast

@@ -1,21 +1,15 @@
 #include <algorithm>
 
 #include "core/base/spelling.h"
+#include "core/command/commands.h"
 #include "core/command/keys.h"
-#include "core/command/operation_check.h"
-#include "core/command/signature.h"
 #include "core/config/config_map.h"
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 
 namespace axlecast {
 namespace {
 
 constexpr const char* kUnsignedName = "unsigned";  // what the journal calls a sender without a key
-
-std::string Suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const std::optional<std::string> near = NearestWord(word, known);
-  return near ? "; did you mean " + Quoted(*near) + "?" : "; known here: " + Listed(known);
-}
 
 class BridgeLoader {
  public:
@@ -23,10 +17,7 @@ class BridgeLoader {
 
   BridgeConfig Load(ConfigMap& map) {
     bridge_.allow_unsigned = map.Choice("unsigned_commands", {"allow", "refuse"}, 1) == 0;
-    bridge_.journal = map.String("journal", "");
-    if (map.Has("journal") && !bridge_.journal.starts_with('/')) {
-      map.Error("journal", Quoted(bridge_.journal) + " is no absolute path, e.g. /var/lib/axlecast/journal.db");
-    }
+    bridge_.journal = map.File("journal", "/var/lib/axlecast/journal.db");
     bridge_.bridge = LoadOwn(map, "key");
     bridge_.drivers = LoadOwn(map, "drivers");
     if (map.Has("drivers") && !map.Has("key")) {
@@ -38,7 +29,7 @@ class BridgeLoader {
   }
 
  private:
-  // Of 64 hex digits; each key stands once in the file.
+  // Reads 64 hex digits. A key may be given only once in the file.
   std::optional<PublicKey> LoadPublic(ConfigMap& map) {
     const std::string text = map.RequiredString("public");
     if (!map.Has("public")) return std::nullopt;
@@ -71,10 +62,8 @@ class BridgeLoader {
   void LoadGrant(const std::string& name, ConfigMap& map) {
     KeyGrant grant;
     grant.name = name;
-    if (!IsName(name)) map.errors().Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
-    if (name == kUnsignedName) {
-      map.errors().Add(map.mark(), map.path() + ": is what the journal calls senders without a key: another name");
-    }
+    map.CheckName(name);
+    if (name == kUnsignedName) map.ErrorHere("is what the journal calls senders without a key: another name");
     if (const auto key = LoadPublic(map)) {
       grant.key = *key;
       grant.id = KeyId(*key);
@@ -95,7 +84,8 @@ class BridgeLoader {
     std::vector<std::string> devices = map.Strings("devices");
     for (const std::string& device : devices) {
       if (devices_.contains(device)) continue;
-      map.Error("devices", Quoted(device) + " is no device of this machine" + Suggestion(device, known));
+      map.Error("devices", Quoted(device) + " is no device of this machine" +
+                               Suggestion(device, known, "; known here: " + Listed(known)));
     }
     return devices;
   }
@@ -132,7 +122,7 @@ class BridgeLoader {
   static bool CanUse(Role role, const std::string& name, const std::vector<const Family*>& families) {
     return role == Role::kControl || std::any_of(families.begin(), families.end(), [&](const Family* family) {
              const OperationSpec* operation = FindOperation(*family, name);
-             return operation != nullptr && MayOrder(role, *operation);
+             return operation != nullptr && IsAllowed(role, *operation);
            });
   }
 
@@ -143,8 +133,8 @@ class BridgeLoader {
     const std::vector<std::string> known = NamesIn(*families);
     for (const std::string& name : operations) {
       if (std::find(known.begin(), known.end(), name) == known.end()) {
-        map.Error("operations",
-                  "no device of this grant has an operation " + Quoted(name) + Suggestion(name, known));
+        map.Error("operations", "no device of this grant has an operation " + Quoted(name) +
+                                    Suggestion(name, known, "; known here: " + Listed(known)));
       } else if (!CanUse(grant.role, name, *families)) {
         map.Error("operations", Quoted(name) + " is not for role " + std::string(RoleName(grant.role)) +
                                     ": leave it out, or give the key another role");
@@ -155,7 +145,7 @@ class BridgeLoader {
 
   const DeviceFamilies& devices_;
   BridgeConfig bridge_;
-  std::map<std::int64_t, std::string> taken_;  // key id -> where it stands
+  std::map<std::int64_t, std::string> taken_;  // key id -> its place in the file
 };
 
 }  // namespace

@@ -1,9 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
-#include "core/config/load_sections.h"
 
 namespace axlecast {
 namespace {
@@ -23,7 +22,7 @@ constexpr const char* kBuses =
     "  b0: {family: point, simulate: true, devices: {axis1: {}}}\n"
     "  b1: {family: ring, simulate: true, poll_hz: 10, devices: {ring1: {}, ring2: {}}}\n";
 
-// The bridge's keys stand from line 3 on.
+// The bridge's keys begin in line 3.
 std::string Machine(const std::string& bridge) { return "machine: press3\nbridge:\n" + bridge + "\n" + kBuses; }
 
 BridgeConfig Bridge(const std::string& keys) {
@@ -135,7 +134,8 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"  key: {public: " KEY1 ", file: bridge.key}",
                 "m.yaml:3:89: bridge.key.file: 'bridge.key' is no absolute path, e.g. /etc/axlecast/bridge.key"},
         Mistake{"  key: {public: " KEY1 ", file: /a.key, credential: a}",
-                "m.yaml:3:109: bridge.key.credential: stands beside file: it is read from one of them; leave the "
+                "m.yaml:3:109: bridge.key.credential: is given together with file: it is read from one of them; "
+                "leave the "
                 "other out"},
         Mistake{"  key: {public: " KEY1 ", credential: a/b}",
                 "m.yaml:3:95: bridge.key.credential: 'a/b' is no name below $CREDENTIALS_DIRECTORY, without '/'"},
@@ -160,7 +160,7 @@ INSTANTIATE_TEST_SUITE_P(
             "m.yaml:3:94: bridge.keys.a.role: 'maintaner' is not one of observer, operator, control, maintainer; "
             "did you mean 'maintainer'?"},
         Mistake{"  keys:\n    a: {public: " KEY1 ", role: observer}\n    a: {public: " KEY2 ", role: observer}",
-                "m.yaml:5:5: key 'a' stands twice here; the first is in line 4"},
+                "m.yaml:5:5: key 'a' is given twice here; the first is in line 4"},
         Mistake{
             "  keys:\n    a: {public: " KEY1 ", role: observer}\n    b: {public: " KEY1 ", role: observer}",
             "m.yaml:5:17: bridge.keys.b.public: is the key of bridge.keys.a already: each has a key of its own"},
@@ -174,9 +174,9 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, devices: []}}",
                 "m.yaml:3:112: bridge.keys.a.devices: is empty: name at least one, or leave the key out"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, devices: axis1}}",
-                "m.yaml:3:112: bridge.keys.a.devices: 'axis1' stands where a list is expected: [a, b]"},
+                "m.yaml:3:112: bridge.keys.a.devices: 'axis1' is given where a list is expected: [a, b]"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, devices: [axis1, axis1]}}",
-                "m.yaml:3:120: bridge.keys.a.devices: 'axis1' stands twice"},
+                "m.yaml:3:120: bridge.keys.a.devices: 'axis1' is given twice"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, devices: [[axis1]]}}",
                 "m.yaml:3:113: bridge.keys.a.devices: '' is not a text"},
         Mistake{"  keys: {a: {public: " KEY1 ", role: control, operations: [zeor]}}",

@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <axlecast/position_t.hpp>
-#include <charconv>
 #include <numbers>
-#include <optional>
 
 #include "core/base/spelling.h"
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 #include "core/config/yaml_text.h"
 
 namespace axlecast {
@@ -18,44 +16,43 @@ constexpr std::int64_t kFastestBitrate = 1'000'000;
 constexpr std::int64_t kFastestClock = 50'000'000;
 constexpr std::size_t kLongestInterface = 15;  // IFNAMSIZ without its NUL
 
-const char* SuffixOf(LinkKind kind) {
-  switch (kind) {
-    case LinkKind::kCan:
-      return ".can";
-    case LinkKind::kSpi:
-      return ".spi";
-    case LinkKind::kSerial:
-    case LinkKind::kModbus:
-      break;
-  }
-  return ".pty";
-}
+// What differs between the kinds of line.
+struct LinkWords {
+  const char* key;      // that names the line
+  const char* example;  // of its value
+  const char* suffix;   // of a simulated line
+  const char* missing;  // the error without the key
+};
 
-const char* MissingText(LinkKind kind) {
+LinkWords WordsOf(LinkKind kind) {
   switch (kind) {
     case LinkKind::kCan:
-      return "is missing: name the CAN interface (ip -brief link show type can), or set simulate: true";
+      return {"iface", "can0", ".can",
+              "is missing: name the CAN interface (ip -brief link show type can), or set simulate: true"};
     case LinkKind::kSpi:
-      return "is missing: name the SPI device (ls /dev/spidev*), or set simulate: true";
+      return {"spidev", "/dev/spidev0.0", ".spi",
+              "is missing: name the SPI device (ls /dev/spidev*), or set simulate: true"};
     case LinkKind::kSerial:
     case LinkKind::kModbus:
       break;
   }
-  return "is missing: name the serial port, best by its lasting name (ls -l /dev/serial/by-id/), "
-         "or set simulate: true";
+  return {"port", "/dev/ttyUSB0", ".pty",
+          "is missing: name the serial port, best by its lasting name (ls -l /dev/serial/by-id/), or set "
+          "simulate: true"};
 }
 
 bool IsInterface(std::string_view name) {
   return name.size() <= kLongestInterface && name.find_first_of("/ \t:") == std::string_view::npos;
 }
 
-void CheckName(ConfigMap& map, LinkKind kind, const std::string& name) {
-  if (name.empty()) return map.Error(LinkKey(kind), MissingText(kind));
-  if (kind == LinkKind::kCan) {
-    if (!IsInterface(name)) map.Error("iface", Quoted(name) + " is no name of an interface, e.g. can0");
-  } else if (!name.starts_with('/')) {
-    const char* example = kind == LinkKind::kSpi ? "/dev/spidev0.0" : "/dev/ttyUSB0";
-    map.Error(LinkKey(kind), Quoted(name) + " is no absolute path, e.g. " + example);
+void CheckLink(ConfigMap& map, LinkKind kind, const std::string& name) {
+  const LinkWords words = WordsOf(kind);
+  const bool can = kind == LinkKind::kCan;
+  if (name.empty()) {
+    map.Error(words.key, words.missing);
+  } else if (can ? !IsInterface(name) : !name.starts_with('/')) {
+    map.Error(words.key, Quoted(name) + (can ? " is no name of an interface" : " is no absolute path") + ", e.g. " +
+                             words.example);
   }
 }
 
@@ -102,7 +99,8 @@ void LoadUnit(ConfigMap& map, DeviceConfig& device) {
 
   if (device.per_turn > 0) {
     if (map.Has("per_turn")) {
-      map.Error("per_turn", "unit " + name + " says already how much a turn is; for a gear use ratio: \"num:den\"");
+      map.Error("per_turn",
+                "unit " + name + " already defines the travel of a turn; for a gear use ratio: \"num:den\"");
     }
   } else if (!map.Has("per_turn")) {
     map.Error("per_turn", "is missing: unit " + name + " needs the travel of one output turn in " + name);
@@ -113,25 +111,16 @@ void LoadUnit(ConfigMap& map, DeviceConfig& device) {
   if (map.Has("modulo")) device.modulo = map.Number("modulo", 0, 1e-9, 1e12, name);
 }
 
-std::optional<std::int64_t> Teeth(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  if (value < 1 || value > kMaxTeeth) return std::nullopt;
-  return value;
-}
-
 void LoadRatio(ConfigMap& map, DeviceConfig& device) {
   if (!map.Has("ratio")) return;
   const std::string text = map.String("ratio", "1:1");
   const std::size_t colon = std::min(text.find(':'), text.size());
-  const std::optional<std::int64_t> num = Teeth(std::string_view(text).substr(0, colon));
-  const std::optional<std::int64_t> den =
-      Teeth(colon < text.size() ? std::string_view(text).substr(colon + 1) : std::string_view());
+  const auto num = ParseInteger(text.substr(0, colon), 1, kMaxTeeth);
+  const auto den = ParseInteger(text.substr(std::min(colon + 1, text.size())), 1, kMaxTeeth);
   if (!num || !den) {
     map.Error("ratio", Quoted(text) +
-                           " is not \"num:den\" with whole numbers 1 to 1000000 (output turns = shaft turns "
-                           "x num / den), e.g. \"1:10\" for a gear that reduces by 10");
+                           " is not \"num:den\" with whole numbers 1 to 1000000 (output turns = shaft turns x num "
+                           "/ den), e.g. \"1:10\" for a gear that reduces by 10");
     return;
   }
   device.ratio_num = *num;
@@ -177,26 +166,14 @@ void LoadRates(ConfigMap& map, const BusConfig& bus, DeviceConfig& device) {
   device.publish_hz = map.Number("publish_hz", device.publish_hz, 1e-3, kMaxPublished, "Hz");
   if (bus.poll_hz > 0 && device.publish_hz > bus.poll_hz) {
     map.Error("publish_hz",
-              "is above the bus's poll_hz: at most that many readings a second exist; lower it, or "
-              "raise poll_hz");
+              "is above the bus's poll_hz: at most that many readings a second exist; lower it, or raise poll_hz");
   }
   if (bus.family->has_position) device.block = map.Bool("block", false);
 }
 
 }  // namespace
 
-const char* LinkKey(LinkKind kind) {
-  switch (kind) {
-    case LinkKind::kCan:
-      return "iface";
-    case LinkKind::kSpi:
-      return "spidev";
-    case LinkKind::kSerial:
-    case LinkKind::kModbus:
-      break;
-  }
-  return "port";
-}
+const char* LinkKey(LinkKind kind) { return WordsOf(kind).key; }
 
 LinkConfig LoadLink(ConfigMap map, const Family& family, bool simulate, const std::string& place) {
   LinkConfig link;
@@ -209,9 +186,9 @@ LinkConfig LoadLink(ConfigMap map, const Family& family, bool simulate, const st
     LoadLine(map, family.default_line, link);
   }
   if (simulate) {
-    link.port = place + SuffixOf(family.link);
+    link.port = place + WordsOf(family.link).suffix;
   } else {
-    CheckName(map, family.link, link.port);
+    CheckLink(map, family.link, link.port);
   }
   map.Done();
   return link;

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 #include "core/config/yaml_text.h"
 
 namespace axlecast {

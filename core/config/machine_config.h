@@ -8,9 +8,7 @@
 
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
-#include "core/config/mqtt_config.h"
-#include "core/config/recorder_config.h"
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 #include "core/device/family.h"
 
 namespace axlecast {
@@ -27,7 +25,7 @@ struct LinkConfig {
   // /dev/serial/by-id/..., can0 or /dev/spidev0.0; of a simulated bus the pty or socket in the run directory
   std::string port;
   LineFormat line;            // kSerial, kModbus
-  bool echo = false;          // the adapter hears its own transmission
+  bool echo = false;          // the adapter receives its own transmission
   bool pty = false;           // the port may be a pseudo-terminal of another program
   std::int64_t bitrate = 0;   // kCan: bit/s that the interface must run at
   std::int64_t clock_hz = 0;  // kSpi: at most; 0: the family chooses
@@ -42,7 +40,7 @@ struct RealtimeConfig {
 enum class TurnsMode : std::uint8_t {
   kSigned,    // the multi-turn counter is read as two's complement of its range
   kUnsigned,  // 0 .. range-1; passing its end is an alarm
-  kModulo,    // passing its end goes on counting; absolute modulo the range after a start
+  kModulo,    // passing its end continues to count; absolute modulo the range after a start
 };
 
 struct DeviceConfig {
@@ -75,18 +73,18 @@ struct BusConfig {
   bool capture = false;   // publish WIRE/<bus>
   double poll_hz = 1000;  // 0: as fast as the bus allows
   MonoNs phase = 0;       // of the poll slots, from CLOCK_MONOTONIC's zero
-  MonoNs late = 0;        // a reply comes at most so long after its request; 0: replies cannot be late
+  MonoNs late = 0;        // maximum time between a request and its reply; 0: replies cannot be late
   RealtimeConfig realtime;
   std::shared_ptr<const FamilyBus> family_bus;  // the family's keys; null when it has none
   std::vector<DeviceConfig> devices;
 };
 
-// How the one device of an SPI bus is clocked.
+// Returns the clock settings of the one device of an SPI bus.
 [[nodiscard]] SpiSettings SpiOf(const BusConfig& bus);
-// What the devices of a CAN bus want to hear, together.
+// Returns the filters of all devices of a CAN bus.
 [[nodiscard]] CanFilters CanFiltersOf(const BusConfig& bus);
 
-// Shortest time in which every device of the bus is read once.
+// Returns the shortest time in which every device of the bus is read once.
 [[nodiscard]] MonoNs RoundTime(const BusConfig& bus);
 
 struct BridgeConfig {
@@ -116,23 +114,23 @@ struct MachineConfig {
   [[nodiscard]] const DeviceConfig* FindDevice(std::string_view name) const;
 };
 
-// Where the pty of a simulated bus, its control socket and the lock of a driver stand:
+// Returns the folder for the ptys and control sockets of simulated buses and for the locks of drivers:
 // $AXLECAST_RUN_DIR, else $XDG_RUNTIME_DIR/axlecast, else /tmp/axlecast-<uid>; then /<machine>.
 [[nodiscard]] std::string RunDirectory(const std::string& machine);
 
-// Where the bridge keeps what must outlive it: $STATE_DIRECTORY (systemd.exec(5)), else
+// Returns the folder for data that must outlive the bridge: $STATE_DIRECTORY (systemd.exec(5)), else
 // $XDG_STATE_HOME/axlecast, else $HOME/.local/state/axlecast; then /<machine>.
 [[nodiscard]] std::string StateDirectory(const std::string& machine);
-// The journal's file: the configured one, else journal.db there.
+// Returns the journal's file: the configured file, else journal.db in StateDirectory.
 [[nodiscard]] std::string JournalFile(const MachineConfig& machine);
 
-// Where the recorder's logs are: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
+// Returns the folder of the recorder's logs: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
 // in StateDirectory.
 [[nodiscard]] std::string LogDirectory(const MachineConfig& machine);
 
-// POSITION or MOTOR messages a second of a device of the bus: at most publish_hz, and no more often than it is read.
+// Returns the POSITION or MOTOR messages per second of a device of the bus: at most publish_hz, and no more often than it is read.
 [[nodiscard]] double MessageRate(const BusConfig& bus, const DeviceConfig& device);
-// Of all devices.
+// Returns the sum of all devices.
 [[nodiscard]] double MessageRate(const MachineConfig& machine);
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-// Each class of mistake in a machine's file: where it stands, what was found, what would be right.
+// Each class of mistake in a machine's file: its place, what was found, what would be right.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -41,10 +41,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"simulate: true", "unit: mm",
                 "m.yaml:6:15: buses.b0.devices.axis1.per_turn: is missing: unit mm needs the travel of one output "
                 "turn in mm"},
-        Mistake{
-            "simulate: true", "unit: deg, per_turn: 180",
-            "m.yaml:6:44: buses.b0.devices.axis1.per_turn: unit deg says already how much a turn is; for a gear "
-            "use ratio: \"num:den\""},
+        Mistake{"simulate: true", "unit: deg, per_turn: 180",
+                "m.yaml:6:44: buses.b0.devices.axis1.per_turn: unit deg already defines the travel of a turn; for "
+                "a gear "
+                "use ratio: \"num:den\""},
         Mistake{"simulate: true", "unit: mm, per_turn: -5",
                 "m.yaml:6:43: buses.b0.devices.axis1.per_turn: '-5' is not within 1e-09 to 1000000000 mm"},
         Mistake{
@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "m.yaml:5:34: buses.b0.link.parity: 'mark' is not one of none, even, odd"},
         Mistake{"link: {port: /dev/a, bits: 7}", "", "m.yaml:5:26: buses.b0.link: unknown key 'bits'"},
         Mistake{"link: /dev/a", "",
-                "m.yaml:5:11: buses.b0.link: '/dev/a' stands where a mapping (key: value) is expected"},
+                "m.yaml:5:11: buses.b0.link: '/dev/a' is given where a mapping (key: value) is expected"},
         Mistake{"simulate: yes", "", "m.yaml:5:15: buses.b0.simulate: 'yes' is not true or false"},
         Mistake{
             "simulate: true\n    poll_hz: 19700", "",
@@ -123,8 +123,8 @@ INSTANTIATE_TEST_SUITE_P(
         WholeFile{"machine: a\n", "m.yaml:1:1: buses: is missing or empty: a machine needs at least one bus"},
         WholeFile{"machine: Press 3\n", "m.yaml:1:10: machine: 'Press 3' is no name: 1 to 24 of a-z, 0-9, _ and -"},
         WholeFile{"machine: a\nplotter: {file: x}\n", "m.yaml:2:1: unknown key 'plotter'; known here: bridge, "},
-        WholeFile{"- a\n- b\n", "m.yaml:1:1: the file: a list stands where a mapping (key: value) is expected"},
-        WholeFile{"just text\n", "m.yaml:1:1: the file: 'just text' stands where a mapping"},
+        WholeFile{"- a\n- b\n", "m.yaml:1:1: the file: a list is given where a mapping (key: value) is expected"},
+        WholeFile{"just text\n", "m.yaml:1:1: the file: 'just text' is given where a mapping"},
         WholeFile{"machine: a\nbridge: {unsigned_commands: yes}\n",
                   "m.yaml:2:29: bridge.unsigned_commands: 'yes' is not one of allow, refuse"},
         WholeFile{
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
         WholeFile{"machine: a\nbuses:\n  b0: {simulate: true}\n",
                   "m.yaml:3:3: buses.b0.family: is missing: one of point, ring"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: ponit}\n",
-                  "m.yaml:3:16: buses.b0.family: 'ponit' is none of point, ring; did you mean 'point'?"},
+                  "m.yaml:3:16: buses.b0.family: 'ponit' is not one of point, ring; did you mean 'point'?"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true}\n",
                   "m.yaml:3:3: buses.b0.devices: is missing or empty: name at least one device"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {a: {}, b: {}}}\n",
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "m.yaml:4:49: buses.b1.devices.a: the name is taken by a device of bus b0"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {a: {}}}\n"
                   "  b0: {family: point, simulate: true, devices: {b: {}}}\n",
-                  "m.yaml:4:3: key 'b0' stands twice here; the first is in line 3"},
+                  "m.yaml:4:3: key 'b0' is given twice here; the first is in line 3"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, link: {port: /dev/x}, devices: {a: {}}}\n"
                   "  b1: {family: point, link: {port: /dev/x}, devices: {b: {}}}\n",
                   "m.yaml:4:36: buses.b1.link.port: '/dev/x' is used already by bus b0: each bus has a port of its "
@@ -173,7 +173,7 @@ INSTANTIATE_TEST_SUITE_P(
             "m.yaml:3:49: buses.b0.devices.bridge: 'bridge' is the bridge's own name (ALARM/bridge): give the "
             "device another one"},
         WholeFile{"machine: a\nbuses:\n  b0: {family: point, simulate: true, devices: {a: 5}}\n",
-                  "m.yaml:3:49: buses.b0.devices.a: '5' stands where a mapping (key: value) is expected"}));
+                  "m.yaml:3:49: buses.b0.devices.a: '5' is given where a mapping (key: value) is expected"}));
 
 // CSI as one character of two bytes, an escape sequence, and a mark that turns the direction of text.
 TEST(Mistake, KeysAndValuesCannotControlATerminal) {

@@ -72,7 +72,7 @@ inline std::span<const Family* const> Table() {
   return table;
 }
 
-// One bus with one device; the bus's own keys stand from line 5 on, the device's behind them.
+// One bus with one device; the bus's own keys begin in line 5, the device's after them.
 inline std::string Machine(const std::string& bus, const std::string& device) {
   return "machine: press3\n"
          "buses:\n"

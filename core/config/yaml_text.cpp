@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/eventhandler.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <exception>
 #include <map>
@@ -16,94 +17,57 @@ namespace {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-// Goes through a text line by line, and knows where a quote opens a value instead of standing within one.
-class QuoteScan {
- public:
-  std::optional<OpenQuote> Run(std::string_view text) {
-    for (int number = 0; !text.empty(); ++number) {
-      const std::size_t end = text.find('\n');
-      if (const auto column = ScanLine(text.substr(0, end))) {
-        return OpenQuote{.line = number,
-                         .column = static_cast<int>(*column),
-                         .quote = text[*column],
-                         .closed = EndOfQuote(text, *column) != std::string_view::npos};
-      }
-      if (end == std::string_view::npos) break;
-      text.remove_prefix(end + 1);
+// Returns the place after the quote that opens at `begin`; npos if the text does not close it.
+std::size_t EndOfQuote(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  for (std::size_t at = begin + 1; at < text.size(); ++at) {
+    const bool doubled = quote == '\'' && text.substr(at, 2) == "''";
+    if (doubled || (quote == '"' && text[at] == '\\')) {
+      ++at;
+    } else if (text[at] == quote) {
+      return at + 1;
     }
-    return std::nullopt;
   }
+  return std::string_view::npos;
+}
 
- private:
-  // Where a quote opens that the line does not close.
-  std::optional<std::size_t> ScanLine(std::string_view line) {
-    std::size_t at = 0;
-    while (at < line.size() && IsBlank(line[at])) ++at;
-    if (at == line.size()) return std::nullopt;
-    if (in_block_ && at > block_indentation_) return std::nullopt;  // a text of | or >: its quotes are characters
-    in_block_ = false;
-    indentation_ = at;
-    begins_value_ = true;
-    while (at < line.size()) {
-      const std::size_t next = Step(line, at);
-      if (next == std::string_view::npos) return at;
-      at = next;
-    }
-    return std::nullopt;
-  }
-
-  // Returns where to go on; npos: the quote at `at` stays open.
-  std::size_t Step(std::string_view line, std::size_t at) {
-    const char c = line[at];
-    const bool after_blank = at == 0 || IsBlank(line[at - 1]);
-    const bool before_blank = at + 1 == line.size() || IsBlank(line[at + 1]);
-    if (IsBlank(c)) return at + 1;
-    if (c == '#' && after_blank) return line.size();
-    if ((c == '"' || c == '\'') && begins_value_) {
-      const std::size_t end = EndOfQuote(line, at);
-      begins_value_ = false;
-      return end;
-    }
-    if ((c == '|' || c == '>') && begins_value_ && flow_ == 0) {
-      in_block_ = true;
-      block_indentation_ = indentation_;
-      return line.size();
-    }
-    begins_value_ = BeginsValueBehind(c, before_blank);
-    return at + 1;
-  }
-
-  bool BeginsValueBehind(char c, bool before_blank) {
-    if ((c == '[' || c == '{') && (begins_value_ || flow_ > 0)) {
-      ++flow_;
-      return true;
-    }
-    if ((c == ']' || c == '}') && flow_ > 0) --flow_;
-    if (c == ',' && flow_ > 0) return true;
-    if (c == ':' && before_blank) return true;
-    return (c == '-' || c == '?') && before_blank && begins_value_;
-  }
-
-  static std::size_t EndOfQuote(std::string_view line, std::size_t begin) {
-    const char quote = line[begin];
-    for (std::size_t at = begin + 1; at < line.size(); ++at) {
-      if (quote == '"' && line[at] == '\\') {
-        ++at;
-      } else if (line[at] == quote) {
-        const bool doubled = quote == '\'' && at + 1 < line.size() && line[at + 1] == quote;
-        if (!doubled) return at + 1;
-        ++at;
-      }
-    }
-    return std::string_view::npos;
-  }
-
-  int flow_ = 0;  // depth of [ and {
-  bool begins_value_ = true;
-  std::size_t indentation_ = 0;
-  bool in_block_ = false;
-  std::size_t block_indentation_ = 0;
+// What a line of YAML leaves open for the next.
+struct OpenParts {
+  int flow = 0;  // depth of [ and {
+  std::optional<std::size_t>
+      block;  // indentation of the line that begins a text of | or >: its quotes are characters
 };
+
+// Returns the place of a quote that opens a value and is not closed in the line.
+std::optional<std::size_t> OpenQuoteOf(std::string_view line, OpenParts& open) {
+  const std::size_t indentation = line.find_first_not_of(" \t\r");
+  if (indentation == std::string_view::npos || (open.block && indentation > *open.block)) return std::nullopt;
+  open.block.reset();
+  bool begins_value = true;
+  for (std::size_t at = indentation; at < line.size(); ++at) {
+    const char c = line[at];
+    const bool before_blank = at + 1 == line.size() || IsBlank(line[at + 1]);
+    if (IsBlank(c)) continue;
+    if (c == '#' && (at == 0 || IsBlank(line[at - 1]))) break;
+    if ((c == '|' || c == '>') && begins_value && open.flow == 0) {
+      open.block = indentation;
+      break;
+    }
+    if ((c == '"' || c == '\'') && begins_value) {
+      const std::size_t end = EndOfQuote(line, at);
+      if (end == std::string_view::npos) return at;
+      at = end - 1;
+      begins_value = false;
+      continue;
+    }
+    const bool opens_flow = (c == '[' || c == '{') && (begins_value || open.flow > 0);
+    if (opens_flow) ++open.flow;
+    if ((c == ']' || c == '}') && open.flow > 0) --open.flow;
+    begins_value = opens_flow || (c == ',' && open.flow > 0) || (c == ':' && before_blank) ||
+                   ((c == '-' || c == '?') && before_blank && begins_value);
+  }
+  return std::nullopt;
+}
 
 constexpr std::size_t kLargestText = 512UL * 1024;
 constexpr int kDeepest = 32;
@@ -143,7 +107,7 @@ class TreeCheck {
         errors_.Add(pair.first.Mark(), "a key must be plain text");
       } else if (const auto [first, added] = seen.emplace(pair.first.Scalar(), pair.first.Mark()); !added) {
         errors_.Add(pair.first.Mark(), "key " + Quoted(pair.first.Scalar()) +
-                                           " stands twice here; the first is in line " +
+                                           " is given twice here; the first is in line " +
                                            std::to_string(first->second.line + 1));
       }
       if (!Walk(pair.second, depth + 1)) return false;
@@ -178,7 +142,7 @@ std::string Remedy(const std::string& text, const YAML::Mark& mark) {
   if (begin == std::string::npos) return "";
   const std::size_t end = text.find_first_not_of(" \t", begin);
   const std::string indentation = text.substr(begin, end == std::string::npos ? end : end - begin);
-  return indentation.find('\t') == std::string::npos ? "" : " (a tab stands in the indentation: use spaces)";
+  return indentation.find('\t') == std::string::npos ? "" : " (the indentation contains a tab: use spaces)";
 }
 
 void AddSyntaxError(const std::string& text, const YAML::Exception& error, ConfigErrors& errors) {
@@ -208,7 +172,7 @@ class DocumentStarts final : public YAML::EventHandler {
   YAML::Mark last_;
 };
 
-// Where a second document begins. YAML::LoadAll cannot tell: at some texts (", a") it never ends.
+// Returns the place of a second document. YAML::LoadAll is no help: with some texts (", a") it never ends.
 std::optional<YAML::Mark> SecondDocument(const std::string& text) {
   std::istringstream stream(text);
   YAML::Parser parser(stream);
@@ -267,7 +231,20 @@ void Append(std::string& text, const YAML::Node& node) {
 
 }  // namespace
 
-std::optional<OpenQuote> FindOpenQuote(std::string_view text) { return QuoteScan().Run(text); }
+std::optional<OpenQuote> FindOpenQuote(std::string_view text) {
+  OpenParts open;
+  for (int number = 0; !text.empty(); ++number) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    if (const auto column = OpenQuoteOf(line, open)) {
+      return OpenQuote{.line = number,
+                       .column = static_cast<int>(*column),
+                       .quote = text[*column],
+                       .closed = EndOfQuote(text, *column) != std::string_view::npos};
+    }
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+  }
+  return std::nullopt;
+}
 
 YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
   const YAML::Node nothing(YAML::NodeType::Undefined);

@@ -1,130 +1,53 @@
 #include "core/messages/enum_names.h"
 
-#include <array>
+#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 #include <cstddef>
-#include <cstdio>
-#include <span>
 
+#include "core/base/text.h"
 #include "core/device/reading.h"
+#include "core/messages/json/message_json_names.h"
 
 namespace axlecast {
 namespace {
 
-std::string_view NameAt(std::span<const std::string_view> names, std::int8_t index) {
-  return index >= 0 && static_cast<std::size_t>(index) < names.size() ? names[static_cast<std::size_t>(index)]
-                                                                      : "?";
+std::string_view NameOf(NumberNames names, std::int64_t number, std::string_view unknown = "?") {
+  const auto found =
+      std::find_if(names.begin(), names.end(), [number](const auto& one) { return one.number == number; });
+  return found == names.end() ? unknown : found->name;
 }
 
 // Bits without a name as hex.
-std::string BitNames(std::uint32_t bits, std::span<const std::string_view> names, std::string_view separator) {
+std::string BitNames(std::int32_t value, NumberNames names, std::string_view separator) {
+  auto bits = static_cast<std::uint32_t>(value);
   std::string text;
   const auto add = [&](std::string_view name) {
     if (!text.empty()) text += separator;
     text += name;
   };
-  for (std::size_t bit = 0; bit < names.size(); ++bit) {
-    const std::uint32_t mask = 1U << bit;
-    if ((bits & mask) == 0 || names[bit].empty()) continue;
+  for (const NumberName& known : names) {
+    const auto mask = static_cast<std::uint32_t>(known.number);
+    if ((bits & mask) != 0) add(known.name);
     bits &= ~mask;
-    add(names[bit]);
   }
-  if (bits != 0) {
-    std::array<char, 16> hex{};
-    static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", bits));
-    add(hex.data());
-  }
+  if (bits != 0) add(Text("0x%x", bits));
   return text;
-}
-
-// Indexed by the constants of command_status_t.
-constexpr std::array<std::string_view, 10> kStates = {"unknown",   "accepted",     "routed", "running",
-                                                      "succeeded", "rejected",     "failed", "expired",
-                                                      "cancelled", "indeterminate"};
-constexpr std::array<std::string_view, 4> kFindings = {"none", "effect_seen", "no_effect_seen", "cannot_tell"};
-constexpr std::array<std::string_view, 36> kReasons = {"none",
-                                                       "unknown_device",
-                                                       "unknown_operation",
-                                                       "bad_argument",
-                                                       "id_reused",
-                                                       "stale_bridge",
-                                                       "malformed",
-                                                       "bad_signature",
-                                                       "unsigned",
-                                                       "denied",
-                                                       "queue_full",
-                                                       "busy",
-                                                       "driver_absent",
-                                                       "not_standing_still",
-                                                       "no_permit",
-                                                       "epoch",
-                                                       "device_offline",
-                                                       "device_alarm",
-                                                       "not_permitted",
-                                                       "wear",
-                                                       "unsupported_mode",
-                                                       "journal",
-                                                       "deadline",
-                                                       "cancelled",
-                                                       "no_reply",
-                                                       "read_back_differs",
-                                                       "device_refused",
-                                                       "driver_restarted",
-                                                       "driver_silent",
-                                                       "stopping",
-                                                       "wrong_identity",
-                                                       "token",
-                                                       "moved_during_sequence",
-                                                       "fenced",
-                                                       "no_datum",
-                                                       "bridge_restarted"};
-
-std::string_view Word(std::span<const std::string_view> words, std::int64_t index) {
-  if (index < 0 || index >= static_cast<std::int64_t>(words.size())) return "unknown";
-  return words[static_cast<std::size_t>(index)];
 }
 
 }  // namespace
 
-std::string_view UnitName(std::int8_t unit) {
-  static constexpr std::array<std::string_view, 8> kNames = {"count", "turn", "rad", "deg",
-                                                             "mm",    "m",    "um",  "inch"};
-  return NameAt(kNames, unit);
-}
+std::string_view UnitName(std::int8_t unit) { return NameOf(kNames_position_t_UNIT, unit); }
+std::string_view DeviceStateName(std::int8_t state) { return NameOf(kNames_device_info_t_STATE, state); }
+std::string_view BusStateName(std::int8_t state) { return NameOf(kNames_bus_health_t_STATE, state); }
+std::string_view AlarmStateName(std::int8_t state) { return NameOf(kNames_alarm_entry_t_STATE, state); }
+std::string_view SeverityName(std::int8_t severity) { return NameOf(kNames_alarm_entry_t_SEVERITY, severity); }
 
-std::string_view DeviceStateName(std::int8_t state) {
-  static constexpr std::array<std::string_view, 4> kNames = {"STARTING", "ONLINE", "DEGRADED", "OFFLINE"};
-  return NameAt(kNames, state);
-}
-
-std::string_view BusStateName(std::int8_t state) {
-  static constexpr std::array<std::string_view, 4> kNames = {"STARTING", "UP", "DEGRADED", "DOWN"};
-  return NameAt(kNames, state);
-}
-
-std::string_view AlarmStateName(std::int8_t state) {
-  static constexpr std::array<std::string_view, 6> kNames = {"live",           "device_latched", "driver_latched",
-                                                             "unacknowledged", "shelved",        "unknown"};
-  return NameAt(kNames, state);
-}
-
-std::string_view SeverityName(std::int8_t severity) {
-  static constexpr std::array<std::string_view, 4> kNames = {"info", "warning", "error", "critical"};
-  return NameAt(kNames, severity);
-}
-
-std::string FlagNames(std::int32_t flags) {
-  static constexpr std::array<std::string_view, 15> kNames = {
-      "valid",          "turns_valid",  "turns_wrapped",  "referenced",  "speed_valid",
-      "low_accuracy",   "device_error", "device_warning", "implausible", "turns_counted_by_driver",
-      "datum_changing", "after_gap",    "clock_stepped",  "simulated",   "redecoded"};
-  return BitNames(static_cast<std::uint32_t>(flags), kNames, ",");
-}
+std::string FlagNames(std::int32_t flags) { return BitNames(flags, kNames_position_t_FLAG, ","); }
 
 std::string MotorStatusNames(std::int32_t bits) {
-  static constexpr std::array<std::string_view, 7> kNames = {
-      "power upper A", "power upper B", "power lower A", "power lower B", "", "overheat", "excessive shock"};
-  return BitNames(static_cast<std::uint32_t>(bits), kNames, ", ");
+  static constexpr NumberName kNames[] = {{1, "power upper A"}, {2, "power upper B"}, {4, "power lower A"},
+                                          {8, "power lower B"}, {32, "overheat"},     {64, "excessive shock"}};
+  return BitNames(bits, kNames, ", ");
 }
 
 std::string ErrorCounts(const std::int64_t (&errors)[16]) {
@@ -138,9 +61,13 @@ std::string ErrorCounts(const std::int64_t (&errors)[16]) {
   return text;
 }
 
-std::string_view StateName(std::int8_t state) { return Word(kStates, state); }
-std::string_view ReasonName(std::int32_t reason) { return Word(kReasons, reason); }
-std::string_view FindingName(std::int8_t finding) { return Word(kFindings, finding); }
+std::string_view StateName(std::int8_t state) { return NameOf(kNames_command_status_t_STATE, state, "unknown"); }
+std::string_view ReasonName(std::int32_t reason) {
+  return NameOf(kNames_command_status_t_REASON, reason, "unknown");
+}
+std::string_view FindingName(std::int8_t finding) {
+  return NameOf(kNames_command_status_t_FINDING, finding, "unknown");
+}
 
 std::int8_t FindingOf(std::string_view word) {
   if (word == "reads_as_after") return command_status_t::FINDING_EFFECT_SEEN;

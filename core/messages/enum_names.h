@@ -1,13 +1,18 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "core/device/operation.h"
-
 namespace axlecast {
+
+// A constant of a .lcm file: UNIT_MM = 4 is {4, "mm"}. The generated message_json_names.h has all of them.
+struct NumberName {
+  std::int32_t number;
+  std::string_view name;
+};
+using NumberNames = std::span<const NumberName>;
 
 // The words of the messages' numbers, for people. A number that is not known becomes "?".
 
@@ -20,11 +25,10 @@ namespace axlecast {
 // position_t FLAG_* as words, in the order of their bits: "valid,turns_valid,simulated". Unknown bits as hex.
 [[nodiscard]] std::string FlagNames(std::int32_t flags);
 
-// motor_health_t status_bits and trip factors, in the order of their bits: "power upper A, overheat". Unknown bits as
-// hex; empty if no bit is set.
+// motor_health_t status_bits and trip factors, in the order of their bits: "power upper A, overheat". Unknown bits as hex.
 [[nodiscard]] std::string MotorStatusNames(std::int32_t bits);
 
-// Non-zero counters of failed readings (device_info_t ERROR_*): "timeout 3, checksum 1"; empty when all are 0.
+// The counters of failed readings that are not 0 (device_info_t ERROR_*): "timeout 3, checksum 1".
 [[nodiscard]] std::string ErrorCounts(const std::int64_t (&errors)[16]);
 
 // The constants of command_status_t as words: STATE_SUCCEEDED is "succeeded", REASON_NO_PERMIT "no_permit".

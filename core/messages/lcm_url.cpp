@@ -2,19 +2,14 @@
 
 #include <arpa/inet.h>
 
-#include <charconv>
+#include <optional>
+
+#include "core/base/spelling.h"
 
 namespace axlecast {
 namespace {
 
 constexpr const char* kExample = "e.g. udpm://239.255.76.67:7667?ttl=0";
-
-std::optional<std::int64_t> Number(std::string_view text, std::int64_t min, std::int64_t max) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || value < min || value > max) return std::nullopt;
-  return value;
-}
 
 // Removes and returns the part before `separator`; all of the text if it does not contain `separator`.
 std::string_view Next(std::string_view& rest, char separator) {
@@ -24,19 +19,20 @@ std::string_view Next(std::string_view& rest, char separator) {
   return head;
 }
 
-std::string TakeOption(LcmUrl& url, std::string_view option) {
+Result<> TakeOption(LcmUrl& url, std::string_view option) {
   const std::string_view name = Next(option, '=');
   if (name == "ttl") {
-    const std::optional<std::int64_t> ttl = Number(option, 0, 255);
-    url.ttl = static_cast<int>(ttl.value_or(0));
-    return ttl ? "" : "has a bad ttl: right is 0 (this host only) to 255";
+    const std::optional<std::int64_t> ttl = ParseInteger(option, 0, 255);
+    if (!ttl) return Failure("has a bad ttl: right is 0 (this host only) to 255");
+    url.ttl = static_cast<int>(*ttl);
+  } else if (name == "recv_buf_size") {
+    const std::optional<std::int64_t> size = ParseInteger(option, 4096, 1 << 30);
+    if (!size) return Failure("has a bad recv_buf_size: right is 4096 to 1073741824 bytes");
+    url.recv_buf_size = *size;
+  } else {
+    return Failure("has the unknown option '" + std::string(name) + "': known are ttl and recv_buf_size");
   }
-  if (name == "recv_buf_size") {
-    const std::optional<std::int64_t> size = Number(option, 4096, 1 << 30);
-    url.recv_buf_size = size.value_or(0);
-    return size ? "" : "has a bad recv_buf_size: right is 4096 to 1073741824 bytes";
-  }
-  return "has the unknown option '" + std::string(name) + "': known are ttl and recv_buf_size";
+  return {};
 }
 
 bool IsMulticast(const std::string& group) {
@@ -48,26 +44,24 @@ bool IsMulticast(const std::string& group) {
 
 bool IsOtherProvider(std::string_view url) { return url.starts_with("tcpq://") || url.starts_with("file://"); }
 
-LcmUrl ParseLcmUrl(std::string_view url) {
+Result<LcmUrl> ParseLcmUrl(std::string_view url) {
   LcmUrl parsed;
   if (url == "memq://") {
     parsed.in_process = true;
     return parsed;
   }
-  if (!url.starts_with("udpm://")) {
-    parsed.problem = std::string("is no udpm:// URL, ") + kExample;
-    return parsed;
-  }
+  if (!url.starts_with("udpm://")) return Failure(std::string("is no udpm:// URL, ") + kExample);
   std::string_view options = url.substr(7);
   std::string_view address = Next(options, '?');
   parsed.group = std::string(Next(address, ':'));
-  parsed.port = Number(address, 1, 65535).value_or(0);
+  parsed.port = ParseInteger(address, 1, 65535).value_or(0);
   if (!IsMulticast(parsed.group)) {
-    parsed.problem = "has no multicast group (224.0.0.0 to 239.255.255.255), " + std::string(kExample);
-  } else if (parsed.port == 0) {
-    parsed.problem = "has no port (1 to 65535), " + std::string(kExample);
+    return Failure("has no multicast group (224.0.0.0 to 239.255.255.255), " + std::string(kExample));
   }
-  while (!options.empty() && parsed.problem.empty()) parsed.problem = TakeOption(parsed, Next(options, '&'));
+  if (parsed.port == 0) return Failure("has no port (1 to 65535), " + std::string(kExample));
+  while (!options.empty()) {
+    if (Result<> taken = TakeOption(parsed, Next(options, '&')); !taken) return Failure(taken.error());
+  }
   return parsed;
 }
 

@@ -2,9 +2,10 @@
 
 #include <compare>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
+
+#include "core/base/result.h"
 
 namespace axlecast {
 
@@ -16,9 +17,9 @@ struct LcmUrl {
   std::int64_t port = 0;
   int ttl = 0;                     // 0: this host only
   std::int64_t recv_buf_size = 0;  // bytes; 0: not given
-  std::string problem;             // what is wrong and what would be right; empty when it is a good URL
 };
-[[nodiscard]] LcmUrl ParseLcmUrl(std::string_view url);
+// The error continues a sentence that begins with the URL: "has no port (1 to 65535), e.g. ...".
+[[nodiscard]] Result<LcmUrl> ParseLcmUrl(std::string_view url);
 
 // tcpq:// and file://: LCM's other providers. No machine runs over them, but tools may read from them.
 [[nodiscard]] bool IsOtherProvider(std::string_view url);

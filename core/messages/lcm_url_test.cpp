@@ -6,15 +6,14 @@ namespace axlecast {
 namespace {
 
 TEST(ParseLcmUrl, TakesGroupPortAndOptions) {
-  const LcmUrl url = ParseLcmUrl("udpm://239.255.76.67:7668?ttl=1&recv_buf_size=2097152");
-  EXPECT_EQ(url.problem, "");
+  const LcmUrl url = *ParseLcmUrl("udpm://239.255.76.67:7668?ttl=1&recv_buf_size=2097152");
   EXPECT_EQ(url.group, "239.255.76.67");
   EXPECT_EQ(url.port, 7668);
   EXPECT_EQ(url.ttl, 1);
   EXPECT_EQ(url.recv_buf_size, 2'097'152);
   EXPECT_FALSE(url.in_process);
-  EXPECT_EQ(ParseLcmUrl("udpm://224.0.0.1:1").ttl, 0) << "LCM's default";
-  EXPECT_TRUE(ParseLcmUrl("memq://").in_process);
+  EXPECT_EQ(ParseLcmUrl("udpm://224.0.0.1:1")->ttl, 0) << "LCM's default";
+  EXPECT_TRUE(ParseLcmUrl("memq://")->in_process);
 }
 
 TEST(ParseLcmUrl, RefusesWhatLcmWouldPassOver) {
@@ -39,7 +38,7 @@ TEST(ParseLcmUrl, RefusesWhatLcmWouldPassOver) {
                           "tcpq://localhost:7700",
                           "file://log",
                           "memq://x"}) {
-    EXPECT_NE(ParseLcmUrl(url).problem, "") << url;
+    EXPECT_FALSE(ParseLcmUrl(url)) << url;
   }
 }
 

@@ -122,7 +122,7 @@ class PositionReadout final : public CommandProcedure {
 class BissDevice final : public CommandDevice<PositionReadout> {
  public:
   BissDevice(const DeviceConfig& device, DeviceOutput& output)
-      : CommandDevice(device, Operations(), output),
+      : CommandDevice(device.settings, Operations(), output),
         settings_(Own(device)),
         reader_(settings_.format),
         half_cycle_(settings_.spi.ClockTime(1) / 2),

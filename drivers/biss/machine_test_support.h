@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/config/config_map.h"
-#include "core/config/load.h"
 #include "drivers/biss/family.h"
 #include "drivers/biss/settings.h"
+#include "tests/support/machine_text.h"
 #include "tests/support/recording_output.h"
 
 namespace axlecast::biss {
@@ -25,17 +25,12 @@ inline std::string MachineText(const std::string& bus_keys, const std::string& k
 
 // The machine as the driver would have it. Fails the test when the text is refused.
 inline MachineConfig LoadMachine(const std::string& bus_keys, const std::string& keys) {
-  ConfigErrors errors("test.yaml");
-  std::optional<MachineConfig> machine = ParseConfig(MachineText(bus_keys, keys), errors);
-  EXPECT_TRUE(machine) << errors.Text();
-  return machine ? std::move(*machine) : MachineConfig{};
+  return MachineFromText(MachineText(bus_keys, keys));
 }
 
 // The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& bus_keys, const std::string& keys) {
-  ConfigErrors errors("test.yaml");
-  static_cast<void>(ParseConfig(MachineText(bus_keys, keys), errors));
-  return errors.Text();
+  return ErrorsOfText(MachineText(bus_keys, keys));
 }
 
 // Driver and simulator in virtual time, without a bus between them: each transfer takes its clocks, and the next one

@@ -134,6 +134,16 @@ class BenchTest : public testing::Test, public LinkObserver {
     EXPECT_FALSE(output().outcomes.empty());
     return output().outcomes.back().second;
   }
+  // Begins a preset, loses the encoder's answer to its write, and returns the last outcome.
+  const Outcome& DoWithLostAnswer(const std::string& operation, const Arguments& arguments) {
+    devices_[0]->Begin({.id = {}, .operation = operation, .arguments = arguments}, clock_.Now());
+    while (nodes_->Count(0x605) == 0 || nodes_->sent.back().data.data()[0] != 0x23) RunFor(100 * kMicrosecond);
+    Set("fault", "off");
+    RunFor(10 * kMillisecond);
+    Set("fault", "none");
+    RunFor(2 * kSecond);
+    return output().outcomes.back().second;
+  }
   [[nodiscard]] RecordingOutput& output(std::size_t device = 0) { return outputs_[device]; }
   [[nodiscard]] Cia406Node& node(std::size_t index = 0) { return *nodes_->nodes[index]; }
   // Returns the published state of the alarm.

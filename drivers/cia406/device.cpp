@@ -24,7 +24,7 @@ constexpr std::string_view kSave = "save_parameters";
 
 constexpr MonoNs kReadTimeout = 2 * kSecond;
 constexpr int kMaxObjects = 5;  // of one readout
-// A full queue empties within some frames, or not at all while nobody acknowledges.
+// A full queue empties within some frames, or not at all while no node acknowledges.
 constexpr MonoNs kQueueFull = 100 * kMillisecond;
 // The interval of SYNC on a bus from which nothing is received.
 constexpr MonoNs kIdleSync = 200 * kMillisecond;
@@ -80,7 +80,7 @@ std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& dev
 }
 
 Cia406Device::Cia406Device(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : CommandDevice(device, Operations(), output),
+    : CommandDevice(device.settings, Operations(), output),
       settings_(Own(device)),
       produces_sync_(ProducesSync(bus, device)),
       interpreter_(bus, device, output) {}

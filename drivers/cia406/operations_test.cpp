@@ -107,13 +107,7 @@ TEST_F(Cia406OperationsTest, ASilenceAfterThePresetIsIndeterminate) {
 TEST_F(Cia406OperationsTest, WhenTheAnswerIsLostTheReadingDecides) {
   Build({std::string(kCyclic) + ", sdo_timeout_ms: 30"}, 0, "start_deg: 90");
   RunFor(kSecond);
-  devices_[0]->Begin({.id = {}, .operation = "set_position", .arguments = {{"counts", "5000"}}}, clock_.Now());
-  while (nodes_->Count(0x605) == 0 || nodes_->sent.back().data.data()[0] != 0x23) RunFor(100 * kMicrosecond);
-  Set("fault", "off");
-  RunFor(10 * kMillisecond);
-  Set("fault", "none");
-  RunFor(2 * kSecond);
-  const Outcome& outcome = output().outcomes.back().second;
+  const Outcome& outcome = DoWithLostAnswer("set_position", {{"counts", "5000"}});
   EXPECT_TRUE(outcome.IsFinal());
   EXPECT_EQ(node().counters().presets, 1);
   EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;

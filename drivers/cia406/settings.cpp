@@ -18,7 +18,7 @@ constexpr int kMinBits = 8;
 constexpr int kMaxBits = 28;
 constexpr int kMaxTurnsBits = 16;
 constexpr int kPositionBits = 32;  // 6004h
-// Identifiers that a TPDO may have beside the pre-defined ones (CiA 301 table 41 takes the others away).
+// Identifiers that a TPDO may have (CiA 301 table 41 excludes the others).
 constexpr std::int64_t kMinCobId = 0x181;
 constexpr std::int64_t kMaxCobId = 0x57F;
 // The profile gives no limits: the fastest of ordinary encoders, and a repeatability of 0.05 degrees.

@@ -361,7 +361,7 @@ void Cia406Node::Abort(Place place, std::uint32_t code, MonoNs now) {
 
 // ---- quantities ----
 
-// A frame that was hit by noise is received by nobody: its CRC is wrong, and it is sent again.
+// No node receives a frame that was hit by noise: its CRC is wrong, and it is sent again.
 Result<> Cia406Node::SetFault(std::string_view text) {
   const Result<SimulatedFault> fault = ParseFault(text);
   if (!fault) return Failure(fault.error());

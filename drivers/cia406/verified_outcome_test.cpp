@@ -33,13 +33,7 @@ TEST_F(VerifiedOutcomeTest, APresetIsVerifiedOnlyWhereItsEffectCanBeSeen) {
 TEST_F(VerifiedOutcomeTest, WithoutAnswerAndWithoutAVisibleEffectItIsIndeterminate) {
   Build({"node: 5, bits: 13, turn_bits: 12, period_ms: 10, sdo_timeout_ms: 30"});
   RunFor(kSecond);
-  devices_[0]->Begin({.id = {}, .operation = "zero", .arguments = {}}, clock_.Now());
-  while (nodes_->Count(0x605) == 0 || nodes_->sent.back().data.data()[0] != 0x23) RunFor(100 * kMicrosecond);
-  Set("fault", "off");
-  RunFor(10 * kMillisecond);
-  Set("fault", "none");
-  RunFor(2 * kSecond);
-  const Outcome& outcome = output().outcomes.back().second;
+  const Outcome& outcome = DoWithLostAnswer("zero", {});
   EXPECT_EQ(node().counters().presets, 1);
   EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
 }

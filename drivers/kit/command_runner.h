@@ -9,11 +9,12 @@
 #include <utility>
 
 #include "core/base/result.h"
-#include "core/config/machine_config.h"
 #include "core/device/device.h"
 #include "core/device/operation.h"
 
 namespace axlecast {
+
+struct DeviceSettings;
 
 // ---- errors that every family reports in the same words, each with its REASON_* ----
 
@@ -216,7 +217,7 @@ class CommandRunner {
   bool in_flight_ = false;  // the request under way is the procedure's
 };
 
-// A device with a CommandRunner, and its functions for commands. The family's class decides as the runner's policy.
+// The part of a device that is the same in every family with a CommandRunner. The device implements the policy.
 template <typename Procedure>
 class CommandDevice : public Device, protected CommandRunner<Procedure>::Policy {
  public:
@@ -228,10 +229,11 @@ class CommandDevice : public Device, protected CommandRunner<Procedure>::Policy 
 
  protected:
   // `operations` and `output` outlive the device.
-  CommandDevice(const DeviceConfig& device, std::span<const OperationSpec> operations, DeviceOutput& output)
-      : owned_(device.settings), output_(output), runner_(operations, *this, output) {}
+  CommandDevice(std::shared_ptr<const DeviceSettings> settings, std::span<const OperationSpec> operations,
+                DeviceOutput& output)
+      : owned_(std::move(settings)), output_(output), runner_(operations, *this, output) {}
 
-  const std::shared_ptr<const DeviceSettings> owned_;  // keeps the settings alive that the family's class refers to
+  const std::shared_ptr<const DeviceSettings> owned_;  // the settings of the device, kept alive
   DeviceOutput& output_;
   CommandRunner<Procedure> runner_;
   bool link_up_ = false;

@@ -17,7 +17,7 @@ namespace {
 // After this time, an own frame that no node has acknowledged no longer delays the next one.
 constexpr MonoNs kStale = kSecond;
 constexpr MonoNs kAfterFullQueue = 100 * kMillisecond;
-// The intervals at which a silent encoder is started again, and at which a lost one is asked again.
+// The intervals at which a silent encoder is started again, and at which a lost one is polled.
 constexpr MonoNs kStartAgain = kSecond;
 constexpr MonoNs kAskGone = 250 * kMillisecond;
 constexpr int kGone = 4;  // requests in a row without an answer
@@ -231,7 +231,7 @@ bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view 
 }
 
 SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : CommandDevice(device, Operations(), output),
+    : CommandDevice(device.settings, Operations(), output),
       settings_(Own(device)),
       bench_(OwnBus(bus).bench),
       interpreter_(settings_, bus.late, output) {}
@@ -320,7 +320,8 @@ void SaaCanDevice::On(const Event& event) {
   if (!link_up_) return;
   const MonoNs now = EndOf(event);
   NoteOwn(event, now);
-  AdvanceProcedure(event, interpreter_.Evaluate(event), now);
+  const Interpreter::Evaluation evaluation = interpreter_.Evaluate(event);
+  if (runner_.busy() && !runner_.ExpireIfLate(now)) Report(runner_.procedure().On(event, evaluation, now));
 }
 
 void SaaCanDevice::OnLink(const Event& event) {
@@ -345,11 +346,6 @@ void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
   if (!request) return;
   if (request->command == Command::kStart) to_start_ = false;
   if (request->command == Command::kPeriod) period_to_set_ = false;
-}
-
-void SaaCanDevice::AdvanceProcedure(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) {
-  if (!runner_.busy() || runner_.ExpireIfLate(now)) return;
-  Report(runner_.procedure().On(event, evaluation, now));
 }
 
 // ---- commands ----

@@ -52,7 +52,6 @@ class SaaCanDevice final : public CommandDevice<Procedure> {
   [[nodiscard]] Step Listening(const BusSlot& slot) const;
   void OnLink(const Event& event);
   void NoteOwn(const Event& event, MonoNs now);
-  void AdvanceProcedure(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now);
   void Report(const std::optional<Outcome>& outcome);
 
   const SaaCanSettings& settings_;

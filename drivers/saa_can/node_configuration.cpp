@@ -282,15 +282,15 @@ Outcome NodeConfigurationProcedure::WithChange(Outcome outcome) const {
 }
 
 Outcome NodeConfigurationProcedure::OnLinkLost() const {
-  if (!touched()) return LinkLost(false, "");
+  if (!touched()) return LinkLostBefore();
   if (ending_) return WithChange(*ending_);
   if (!set_) {
     return NotReceived(
         CommandState::kFailed,
         "nothing was changed, but the encoder may be in configuration mode: turn its power off and on");
   }
-  if (target_.service == Service::kBitrate) return WithChange(LinkLost(true, "see at which bit rate it sends"));
-  return WithChange(LinkLost(true, "read_position after=\"set_node_id node=" + NodeText(target_.node) + "\""));
+  if (target_.service == Service::kBitrate) return WithChange(LinkLostAfter("see at which bit rate it sends"));
+  return WithChange(LinkLostAfter("read_position after=\"set_node_id node=" + NodeText(target_.node) + "\""));
 }
 
 // ---- ReadNode ----
@@ -310,10 +310,6 @@ std::optional<Outcome> ReadNode::On(const Event& event, const Interpreter::Evalu
   outcome.changes.push_back({"node", "", NodeText(found)});
   outcome.changes.push_back(FindingChange(FindingWord(changed)));
   return outcome;
-}
-
-Outcome ReadNode::OnLinkLost() const {
-  return NotReceived(CommandState::kFailed, "the link was lost before the encoder answered");
 }
 
 }  // namespace axlecast::saa_can

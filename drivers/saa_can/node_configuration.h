@@ -92,7 +92,7 @@ class NodeConfigurationProcedure final : public Procedure {
 };
 
 // Finds out at which node id the encoder answers, to see whether set_node_id took effect.
-class ReadNode final : public Procedure {
+class ReadNode final : public ReadProcedure {
  public:
   ReadNode(std::uint8_t node, const OperationContext& context)
       : node_(node), context_(context), search_(node, context.settings.node, context.settings) {}
@@ -101,8 +101,6 @@ class ReadNode final : public Procedure {
   [[nodiscard]] MonoNs Due(MonoNs) const override { return search_.due(); }
   void OnStarted(const CanFrame& frame) override { search_.OnStarted(frame); }
   std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool reads_only() const override { return true; }
   [[nodiscard]] bool alone() const override { return true; }
 
  private:

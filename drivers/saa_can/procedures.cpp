@@ -18,10 +18,6 @@ constexpr int kTimeoutPeriods = 10;
 constexpr std::int64_t kFlicker = 16;
 // A shaft that is held, and an encoder that is slow.
 constexpr int kMaxReadings = 5;
-// The time without a position after StopCyclic: longer than the longest period, one position a second.
-constexpr MonoNs kQuiet = 1'500 * kMillisecond;
-// For this time, a position may still come that was requested or on its way.
-constexpr MonoNs kSettle = 100 * kMillisecond;
 
 // Returns the maximum time for a position: several periods of a slow encoder, or several requests without a reply.
 MonoNs Timeout(const SaaCanSettings& settings) { return std::max(kMinTimeout, kTimeoutPeriods * settings.period); }
@@ -79,8 +75,11 @@ std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettin
            InMilliseconds(Delivery::kConfirmWithin), settings.iface.c_str()));
 }
 
-Outcome LinkLost(bool sent, const std::string& check) {
-  if (!sent) return NotReceived(CommandState::kFailed, "nothing was done: the link was lost before it");
+Outcome LinkLostBefore() {
+  return NotReceived(CommandState::kFailed, "nothing was done: the link was lost before it");
+}
+
+Outcome LinkLostAfter(const std::string& check) {
   return NotReceived(
       CommandState::kIndeterminate,
       "the link was lost after the request and before its effect could be seen: " + check + " when it is back");
@@ -114,7 +113,8 @@ std::optional<Outcome> OneFrameProcedure::On(const Event& event, const Interpret
     delivery_.On(event, now);
     if (auto failed = NotDelivered(delivery_, context_.settings)) return WithChanges(std::move(*failed));
     if (!delivered()) return std::nullopt;
-    if (auto progress = OnDelivered(now)) return progress;
+    deadline_ = now + EffectTimeout();
+    if (auto progress = Progress()) return progress;
   }
   return AfterDelivery(event, evaluation, now);
 }
@@ -133,7 +133,7 @@ std::optional<Outcome> OneFrameProcedure::OnBefore(const Interpreter::Evaluation
 }
 
 Outcome OneFrameProcedure::OnLinkLost() const {
-  return touched() ? WithChanges(LinkLost(true, Check())) : LinkLost(false, "");
+  return touched() ? WithChanges(LinkLostAfter(Check())) : LinkLostBefore();
 }
 
 // ---- Zero ----
@@ -143,10 +143,11 @@ MonoNs Zero::Due(MonoNs now) const {
   return delivered() && now < effect_from ? std::min(effect_from, deadline_) : OneFrameProcedure::Due(now);
 }
 
+MonoNs Zero::EffectTimeout() const { return context_.settings.zero_settle + Timeout(context_.settings); }
+
 // The changes of this progress are needed if this process dies: a later reading shows an effect only if the position
 // before is known.
-std::optional<Outcome> Zero::OnDelivered(MonoNs now) {
-  deadline_ = now + context_.settings.zero_settle + Timeout(context_.settings);
+std::optional<Outcome> Zero::Progress() const {
   Outcome running;
   running.text = "the command was on the bus; waiting for a position that shows its effect";
   running.progress = 0.5F;
@@ -194,11 +195,6 @@ Outcome Zero::WithCounts(Outcome outcome, const std::string& after) const {
 
 // ---- SetDirection ----
 
-std::optional<Outcome> SetDirection::OnDelivered(MonoNs now) {
-  deadline_ = now + context_.settings.reply_window;
-  return std::nullopt;
-}
-
 std::optional<Outcome> SetDirection::AfterDelivery(const Event&, const Interpreter::Evaluation&, MonoNs now) {
   if (acknowledged_) {
     return WithChanges(Succeeded(false,
@@ -227,11 +223,6 @@ Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings) {
 }
 
 // ---- SetPeriod ----
-
-std::optional<Outcome> SetPeriod::OnDelivered(MonoNs now) {
-  deadline_ = now + PeriodMeter::Timeout(std::max(period_, context_.interpreter.period()));
-  return std::nullopt;
-}
 
 // The first position may come when the old period ends: the measurement begins with it.
 std::optional<Outcome> SetPeriod::AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
@@ -264,11 +255,6 @@ std::string SetPeriod::Check() const {
 }
 
 // ---- StopCyclic ----
-
-std::optional<Outcome> StopCyclic::OnDelivered(MonoNs now) {
-  deadline_ = now + kSettle + kQuiet;
-  return std::nullopt;
-}
 
 std::optional<Outcome> StopCyclic::AfterDelivery(const Event&, const Interpreter::Evaluation& evaluation,
                                                  MonoNs now) {
@@ -304,14 +290,7 @@ const char* ReadPosition::Finding(std::int64_t counts, MonoNs now) const {
   return FindingWord(IsNearZero(counts, context_.settings), AtRest(context_.output, now));
 }
 
-Outcome ReadPosition::OnLinkLost() const {
-  return NotReceived(CommandState::kFailed, "the link was lost before a position came");
-}
-
 // ---- ReadPeriod ----
-
-ReadPeriod::ReadPeriod(MonoNs period, const OperationContext& context, MonoNs now)
-    : period_(period), deadline_(now + PeriodMeter::Timeout(std::max(period, context.interpreter.period()))) {}
 
 std::optional<Outcome> ReadPeriod::On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) {
   if (evaluation.reading) meter_.Add(event.received.first);
@@ -323,10 +302,6 @@ std::optional<Outcome> ReadPeriod::On(const Event& event, const Interpreter::Eva
   outcome.changes.push_back({"period_ms", "", Text("%.1f", meter_.MeanMs())});
   outcome.changes.push_back(FindingChange(FindingWord(meter_.Fits(period_))));
   return outcome;
-}
-
-Outcome ReadPeriod::OnLinkLost() const {
-  return NotReceived(CommandState::kFailed, "the link was lost before the period was measured");
 }
 
 }  // namespace axlecast::saa_can

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -81,9 +82,10 @@ class Procedure : public CommandProcedure {
 
 // Returns the final outcome if the frame did not reach the bus; nothing while it may, or if it did.
 [[nodiscard]] std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettings& settings);
-// Returns the final outcome after the loss of the link. `sent`: the frame that changes something may have been sent.
-// `check`: how the user can see its effect.
-[[nodiscard]] Outcome LinkLost(bool sent, const std::string& check);
+// Return the final outcome if the link is lost: before the frame that changes something was sent, or after it may have been
+// sent. `check`: how the user can see its effect.
+[[nodiscard]] Outcome LinkLostBefore();
+[[nodiscard]] Outcome LinkLostAfter(const std::string& check);
 // Returns the final outcome, FAILED or INDETERMINATE, if something that was expected was not received.
 [[nodiscard]] Outcome NotReceived(CommandState state, std::string text);
 
@@ -106,9 +108,11 @@ class OneFrameProcedure : public Procedure {
   // Reads a position before the frame.
   OneFrameProcedure(Command command, std::uint8_t parameter, const OperationContext& context, MonoNs now);
 
-  // The frame was on the bus at `now`. Returns an outcome if there is progress to report.
-  virtual std::optional<Outcome> OnDelivered(MonoNs now) = 0;
-  // Any event after OnDelivered. Returns the final outcome, if it is known.
+  // Returns the maximum time from the frame on the bus to its effect.
+  [[nodiscard]] virtual MonoNs EffectTimeout() const = 0;
+  // Returns the progress that is reported when the frame was on the bus.
+  [[nodiscard]] virtual std::optional<Outcome> Progress() const { return std::nullopt; }
+  // Any event after the frame was on the bus. Returns the final outcome, if it is known.
   virtual std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
                                                MonoNs now) = 0;
   // Returns whether the procedure needs a position after the frame.
@@ -148,7 +152,8 @@ class Zero final : public OneFrameProcedure {
   [[nodiscard]] MonoNs Due(MonoNs now) const override;
 
  private:
-  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  [[nodiscard]] MonoNs EffectTimeout() const override;
+  [[nodiscard]] std::optional<Outcome> Progress() const override;
   std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
                                        MonoNs now) override;
   [[nodiscard]] bool NeedsPosition(MonoNs now) const override { return now >= context_.interpreter.effect_from(); }
@@ -170,7 +175,7 @@ class SetDirection final : public OneFrameProcedure {
       : OneFrameProcedure(Command::kDirection, parameter, context, now) {}
 
  private:
-  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  [[nodiscard]] MonoNs EffectTimeout() const override { return context_.settings.reply_window; }
   std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
                                        MonoNs now) override;
   [[nodiscard]] Result<> CheckPosition(std::int64_t counts) const override;
@@ -215,7 +220,9 @@ class SetPeriod final : public OneFrameProcedure {
       : OneFrameProcedure(Command::kPeriod, per_second, context), period_(kSecond / per_second) {}
 
  private:
-  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  [[nodiscard]] MonoNs EffectTimeout() const override {
+    return PeriodMeter::Timeout(std::max(period_, context_.interpreter.period()));
+  }
   std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
                                        MonoNs now) override;
   [[nodiscard]] std::string Check() const override;
@@ -234,14 +241,28 @@ class StopCyclic final : public OneFrameProcedure {
   [[nodiscard]] bool alone() const override { return touched(); }
 
  private:
-  std::optional<Outcome> OnDelivered(MonoNs now) override;
+  // The time without a position: longer than the longest period, one position a second.
+  static constexpr MonoNs kQuiet = 1'500 * kMillisecond;
+  // For this time, a position may still come that was requested or on its way.
+  static constexpr MonoNs kSettle = 100 * kMillisecond;
+
+  [[nodiscard]] MonoNs EffectTimeout() const override { return kSettle + kQuiet; }
   std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
                                        MonoNs now) override;
   [[nodiscard]] std::string Check() const override { return "see whether positions come by themselves"; }
 };
 
+// A procedure that changes nothing in the encoder.
+class ReadProcedure : public Procedure {
+ public:
+  [[nodiscard]] Outcome OnLinkLost() const override {
+    return NotReceived(CommandState::kFailed, "the link was lost before the reading was complete");
+  }
+  [[nodiscard]] bool reads_only() const override { return true; }
+};
+
 // Reads one position. It also shows whether the encoder reads as after the operation that was carried out before.
-class ReadPosition final : public Procedure {
+class ReadPosition final : public ReadProcedure {
  public:
   enum class After : std::uint8_t { kNothing, kZero, kDirection, kBitrate };
   ReadPosition(After after, const OperationContext& context, MonoNs now);
@@ -249,8 +270,6 @@ class ReadPosition final : public Procedure {
   [[nodiscard]] Need NextNeed(MonoNs) const override { return Position{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
   std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool reads_only() const override { return true; }
 
  private:
   [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
@@ -261,15 +280,14 @@ class ReadPosition final : public Procedure {
 };
 
 // Measures how often the encoder sends by itself, to see whether set_period took effect.
-class ReadPeriod final : public Procedure {
+class ReadPeriod final : public ReadProcedure {
  public:
-  ReadPeriod(MonoNs period, const OperationContext& context, MonoNs now);
+  ReadPeriod(MonoNs period, const OperationContext& context, MonoNs now)
+      : period_(period), deadline_(now + PeriodMeter::Timeout(std::max(period, context.interpreter.period()))) {}
 
   [[nodiscard]] Need NextNeed(MonoNs) const override { return Nothing{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
   std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool reads_only() const override { return true; }
 
  private:
   const MonoNs period_;

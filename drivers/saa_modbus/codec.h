@@ -68,7 +68,7 @@ struct Request {
 [[nodiscard]] std::size_t ReplyLength(Bytes so_far);
 
 struct Reply {
-  // kShort, kChecksum, kWrongEcho (another address, function, parameter or number of registers than asked for),
+  // kShort, kChecksum, kWrongEcho (another address, function, parameter or number of registers than requested),
   // kException, kRange (counts above the resolution, or an impossible address).
   std::optional<ErrorKind> error = {};
   std::uint8_t exception = 0;  // with kException

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> OtherAddresses(const BusConfig& bus, const DeviceConfi
 class SaaModbusDevice final : public CommandDevice<Procedure> {
  public:
   SaaModbusDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-      : CommandDevice(device, Operations(), output),
+      : CommandDevice(device.settings, Operations(), output),
         settings_(Own(device)),
         line_(bus.link.line),
         keeps_line_(bus.devices.empty() || bus.devices.front().name == device.name),

@@ -47,7 +47,7 @@ Answer Interpreter::OnExchange(const Event& event) {
     if (answer.asked.function == kReadPosition) OnPosition(answer, event);
     return answer;
   }
-  // Whether somebody answers elsewhere is a question, and silence there no fault.
+  // A search at another address expects silence: a timeout there is not an error.
   if (own || answer.error != ErrorKind::kTimeout) output_.OnError(*answer.error, {event.sent.first, EndOf(event)});
   if (!own || answer.asked.function != kReadPosition) return answer;
   const bool silent = answer.unanswered && answer.error != ErrorKind::kException;
@@ -63,7 +63,7 @@ void Interpreter::OnLinkLost(Bytes request) {
   silent_in_a_row_ = 0;
 }
 
-// Whatever came back: the request may have been carried out.
+// The request may have been executed, whatever the reply was.
 void Interpreter::OnWrite(const Request& asked) {
   output_.OnNonVolatileWrite();
   if (asked.function == kSetAddress) new_address_ = asked.new_address;

@@ -13,7 +13,7 @@ namespace axlecast::saa_modbus {
 // The family's keys of one device: README.md, "Configuration".
 struct SaaModbusSettings final : DeviceSettings {
   int bits = 0;
-  int registers = 1;  // asked for in a live reading
+  int registers = 1;  // requested in a live reading
   std::uint8_t address = 1;
   MonoNs timeout = 0;         // of an exchange; and the silence after one that failed
   MonoNs write_interval = 0;  // between two writes of the encoder's memory

@@ -193,7 +193,7 @@ class Interpreter {
 class SaaDevice final : public CommandDevice<Procedure> {
  public:
   SaaDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-      : CommandDevice(device, Operations(), output),
+      : CommandDevice(device.settings, Operations(), output),
         owned_bus_(bus.family_bus),
         bus_(OwnBus(bus)),
         settings_(Own(device)),

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <optional>
 #include <string>
-#include <utility>
 
-#include "core/config/load.h"
+#include "tests/support/machine_text.h"
 
 namespace axlecast::saa_serial {
 
@@ -17,17 +13,12 @@ inline std::string MachineText(const std::string& keys, const std::string& devic
 
 // The bus as the driver would have it. Fails the test when the text is refused.
 inline MachineConfig LoadMachine(const std::string& keys, const std::string& devices) {
-  ConfigErrors errors("test.yaml");
-  std::optional<MachineConfig> machine = ParseConfig(MachineText(keys, devices), errors);
-  EXPECT_TRUE(machine) << errors.Text();
-  return machine ? std::move(*machine) : MachineConfig{};
+  return MachineFromText(MachineText(keys, devices));
 }
 
 // The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& keys, const std::string& devices) {
-  ConfigErrors errors("test.yaml");
-  static_cast<void>(ParseConfig(MachineText(keys, devices), errors));
-  return errors.Text();
+  return ErrorsOfText(MachineText(keys, devices));
 }
 
 }  // namespace axlecast::saa_serial

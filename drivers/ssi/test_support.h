@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/config/load.h"
+#include "tests/support/machine_text.h"
 
 namespace axlecast::ssi {
 
@@ -42,17 +42,12 @@ inline std::string MachineText(const std::string& keys, const std::string& devic
 
 // The machine as the driver would have it. Fails the test when the text is refused.
 inline MachineConfig LoadMachine(const std::string& keys, const std::string& device) {
-  ConfigErrors errors("test.yaml");
-  std::optional<MachineConfig> machine = ParseConfig(MachineText(keys, device), errors);
-  EXPECT_TRUE(machine) << errors.Text();
-  return machine ? std::move(*machine) : MachineConfig{};
+  return MachineFromText(MachineText(keys, device));
 }
 
 // The errors; empty if there are none.
 inline std::string ProblemOf(const std::string& keys, const std::string& device) {
-  ConfigErrors errors("test.yaml");
-  static_cast<void>(ParseConfig(MachineText(keys, device), errors));
-  return errors.Text();
+  return ErrorsOfText(MachineText(keys, device));
 }
 
 }  // namespace axlecast::ssi

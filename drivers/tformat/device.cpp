@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
 #include "drivers/tformat/alarms.h"
@@ -429,7 +430,7 @@ class Interpreter {
 class TFormatDevice final : public CommandDevice<Procedure> {
  public:
   TFormatDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-      : CommandDevice(device, Operations(), output),
+      : CommandDevice(device.settings, Operations(), output),
         settings_(Own(device)),
         interpreter_(settings_, ExpectationOf(settings_, bus.link), CharacterTime(bus), output) {}
 

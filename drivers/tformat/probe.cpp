@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
 #include "drivers/tformat/codec.h"

@@ -19,7 +19,7 @@ class PasswordTable {
   PasswordTable(const ScSettings& settings, SecretSource& source)
       : settings_(settings), source_(source), active_(settings.password) {}
 
-  // The one that the unit has now; empty: the configuration names none.
+  // Returns the name of the unit's present password; empty: the configuration names none.
   [[nodiscard]] const std::string& active() const { return active_; }
   [[nodiscard]] bool Has(std::string_view name) const { return settings_.passwords.contains(name); }
   void Use(const std::string& name) { active_ = name; }
@@ -48,8 +48,6 @@ class PasswordTable {
 // A password that the unit refused (error 04) is never written again until Allow.
 class Login {
  public:
-  enum class Progress : std::uint8_t { kGoing, kDone, kFailed };
-
   // `log_out`: the unit is logged out again after a command that logged it in.
   Login(const Requests& requests, const PasswordTable& passwords, const PasswordFormat& format, bool log_out)
       : requests_(requests), passwords_(passwords), format_(format), log_out_(log_out) {}
@@ -59,7 +57,7 @@ class Login {
 
   [[nodiscard]] bool active() const { return stage_ != Stage::kNone; }
   [[nodiscard]] LoginGoal goal() const { return goal_; }  // while active
-  // The password is to be written next.
+  // Returns whether the password is written next.
   [[nodiscard]] bool writing() const { return stage_ == Stage::kWrite; }
   // Returns an error if there is no password, or if the unit has refused it.
   [[nodiscard]] Result<> CheckPassword() const {
@@ -69,37 +67,36 @@ class Login {
     if (!wrong_password_) return {};
     return Failure("the unit refused password " + passwords_.active() + " before; correct its file, then log_in");
   }
-  // Returns false if a login has no password (see problem()). A logout reads the state first: the unit may be logged out
-  // already.
-  [[nodiscard]] bool Start(LoginGoal goal) {
+  // Fails if a login has no password. A logout reads the state first: the unit may be logged out already.
+  [[nodiscard]] Result<> Start(LoginGoal goal) {
     Wipe(frame_);
     goal_ = goal;
     failures_ = 0;
     writes_ = 0;
     answered_ = false;
-    if (const Result<> password = CheckPassword(); goal == LoginGoal::kIn && !password) {
-      problem_ = password.error().text;
-      return false;
-    }
+    if (Result<> password = CheckPassword(); goal == LoginGoal::kIn && !password) return password;
     stage_ = Stage::kLook;
-    return true;
+    return {};
   }
   [[nodiscard]] Exchange Next(MonoNs now) const {
     if (stage_ == Stage::kWrite && now - looked_at_ <= kFresh) return requests_.Secret(frame_);
     return requests_.Read(kLoginStatus);
   }
-  [[nodiscard]] Progress OnAnswer(const Answer& answer) {
-    return IsLogin(answer.request) ? OnWritten(answer) : OnStatus(answer);
+  // Returns true if the goal is reached, false to continue, or an error that ends it.
+  [[nodiscard]] Result<bool> OnAnswer(const Answer& answer) {
+    Result<bool> reached = IsLogin(answer.request) ? OnWritten(answer) : OnStatus(answer);
+    if (!reached) Abort();
+    return reached;
   }
-  // An exchange failed: the unit may have been off.
-  void OnDoubt() {
+  // An exchange failed: the unit may have been off, so its login state is read again.
+  void OnUnclear() {
     if (stage_ != Stage::kWrite) return;
     Wipe(frame_);
     stage_ = Stage::kLook;
   }
-  // The unit is gone.
-  void Abort(std::string problem) {
-    if (active()) static_cast<void>(Fail(std::move(problem)));
+  void Abort() {
+    Wipe(frame_);
+    stage_ = Stage::kNone;
   }
 
   // AI 300 was read, for any purpose.
@@ -117,7 +114,6 @@ class Login {
     keeps_ = true;
   }
 
-  [[nodiscard]] const std::string& problem() const { return problem_; }  // after a failure
   [[nodiscard]] bool wrong_password() const { return wrong_password_; }
   void Allow() { wrong_password_ = false; }
 
@@ -127,55 +123,49 @@ class Login {
   // A reading of the login state that is older is read again before the password is written.
   static constexpr MonoNs kFresh = 10 * kSecond;
 
-  Progress OnStatus(const Answer& answer) {
+  Result<bool> OnStatus(const Answer& answer) {
     if (!answer.ok()) {
-      if (MayRepeat(answer, failures_)) return Progress::kGoing;
-      return Fail("the login status could not be read: " + CauseOf(answer));
+      if (MayRepeat(answer, failures_)) return false;
+      return Failure("the login status could not be read: " + CauseOf(answer));
     }
     const bool logged_in = answer.reply.Register(0) == kSaysLoggedIn;
     if (logged_in == (goal_ == LoginGoal::kIn)) {
-      Wipe(frame_);
-      stage_ = Stage::kNone;
+      Abort();
       wrong_password_ = wrong_password_ && goal_ != LoginGoal::kIn;
-      return Progress::kDone;
+      return true;
     }
+    const char* state = logged_in ? "logged in" : "logged out";
     if (stage_ == Stage::kVerify && answered_) {
-      return Fail(Text("the unit took the password, but reports %s", (logged_in ? "logged in" : "logged out")));
+      return Failure(Text("the unit took the password, but reports %s", state));
     }
-    if (writes_ >= kTries)
-      return Fail(Text("the unit answered none of %d logins, and reports %s", writes_,
-                       (logged_in ? "logged in" : "logged out")));
+    if (writes_ >= kTries) {
+      return Failure(Text("the unit answered none of %d logins, and reports %s", writes_, state));
+    }
     return Write(answer);
   }
   // The state was just read: it is the other one.
-  Progress Write(const Answer& answer) {
-    if (const Result<> usable = CheckPassword(); !usable) return Fail(usable.error().text);
+  Result<bool> Write(const Answer& answer) {
+    if (const Result<> usable = CheckPassword(); !usable) return Failure(usable.error());
     const Result<Secret> secret = passwords_.Read(passwords_.active());
-    if (!secret) return Fail(secret.error().text);
+    if (!secret) return Failure(secret.error());
     frame_ = WritePassword(requests_.address(), kLoginBlock, secret->text(), format_);
     looked_at_ = answer.end;
     stage_ = Stage::kWrite;
-    return Progress::kGoing;
+    return false;
   }
-  Progress OnWritten(const Answer& answer) {
+  Result<bool> OnWritten(const Answer& answer) {
     Wipe(frame_);
     ++writes_;
     if (answer.refused_for_login()) {
       wrong_password_ = true;
-      return Fail("the unit refused password " + passwords_.active() +
-                  ": it is wrong; correct its file, then log_in");
+      return Failure("the unit refused password " + passwords_.active() +
+                     ": it is wrong; correct its file, then log_in");
     }
-    if (answer.refused()) return Fail("the unit did not take the password: " + CauseOf(answer));
+    if (answer.refused()) return Failure("the unit did not take the password: " + CauseOf(answer));
     owes_ = owes_ || (goal_ == LoginGoal::kIn && log_out_ && !keeps_);
     answered_ = answer.ok();
     stage_ = Stage::kVerify;  // if its reply is lost, AI 300 shows whether it arrived
-    return Progress::kGoing;
-  }
-  Progress Fail(std::string problem) {
-    Wipe(frame_);
-    stage_ = Stage::kNone;
-    problem_ = std::move(problem);
-    return Progress::kFailed;
+    return false;
   }
 
   const Requests& requests_;
@@ -192,7 +182,6 @@ class Login {
   bool wrong_password_ = false;
   bool owes_ = false;
   bool keeps_ = false;
-  std::string problem_;
 };
 
 }  // namespace axlecast::tsubaki_sc

@@ -106,47 +106,12 @@ Shape ShapeOf(Bytes frame) {
 
 // ---- names for the data at consecutive addresses ----
 
-constexpr Block kParameterBlock = {Function::kReadHoldingRegisters, 0, 55};
-constexpr std::array<Block, 13> kBlocks = {{{Function::kReadCoils, kClearTripCountCoil, 1},
-                                            kStopCoil,
-                                            {Function::kReadCoils, kStartCoil, 1},
-                                            kMains,
-                                            kSetValues,
-                                            kAnalog,
-                                            kStatus,
-                                            kLoginStatus,
-                                            kParameterBlock,
-                                            kLoginBlock,
-                                            kPassword,
-                                            kProductCode,
-                                            kMfgNumber}};
-
-std::uint32_t End(const Block& block) { return std::uint32_t{block.first} + block.count; }
-
-bool Within(const Block& data, const Block& block) {
-  return data.read == block.read && data.count > 0 && data.first >= block.first && End(data) <= End(block);
-}
-
 bool Overlaps(const Block& data, const Block& block) {
-  return data.read == block.read && data.first < End(block) && block.first < End(data);
+  return data.read == block.read && data.first < block.end() && block.first < data.end();
 }
 
 std::uint16_t Word(Bytes bytes, std::size_t at) {
   return static_cast<std::uint16_t>((bytes[at] << 8) | bytes[at + 1]);
-}
-
-double Scaled(const Quantity& quantity, std::uint16_t raw) {
-  const double value = quantity.is_signed ? static_cast<std::int16_t>(raw) : raw;
-  return value / quantity.divisor;
-}
-
-// "voltage_v", as the fields of motor_health_t.
-std::string Key(const Quantity& quantity) {
-  const std::string name(quantity.name);
-  if (quantity.unit == "V") return name + "_v";
-  if (quantity.unit == "A") return name + "_a";
-  if (quantity.unit == "W") return name + "_w";
-  return name + (quantity.unit == "degC" ? "_c" : "_mps2");
 }
 
 Json AlarmNames(std::uint16_t bits) {
@@ -178,7 +143,7 @@ bool AddSetValue(Json& json, std::uint16_t address, std::uint16_t raw) {
 
 bool AddAnalog(Json& json, std::uint16_t address, std::uint16_t raw) {
   const Quantity& quantity = kQuantityTable.at(static_cast<std::size_t>(address - kAnalog.first));
-  json[Key(quantity)] = Scaled(quantity, raw);
+  json[quantity.key] = ToUnits(quantity, raw);
   return true;
 }
 
@@ -200,57 +165,54 @@ bool AddLoginStatus(Json& json, std::uint16_t, std::uint16_t raw) {
   return raw == kSaysLoggedIn || raw == kSaysLoggedOut;
 }
 
-struct Named {
+// The data addresses of the unit except its logs, with the function that adds one register; null: none.
+struct NamedBlock {
   Block block;
   bool (*add)(Json& json, std::uint16_t address, std::uint16_t raw);
 };
-constexpr std::array<Named, 5> kNamed = {{{kParameterBlock, AddParameter},
-                                          {kSetValues, AddSetValue},
-                                          {kAnalog, AddAnalog},
-                                          {kStatus, AddStatus},
-                                          {kLoginStatus, AddLoginStatus}}};
+constexpr std::array<NamedBlock, 13> kBlocks = {{{{Function::kReadCoils, kClearTripCountCoil, 1}, nullptr},
+                                                 {kStopCoil, nullptr},
+                                                 {{Function::kReadCoils, kStartCoil, 1}, nullptr},
+                                                 {kMains, nullptr},
+                                                 {kSetValues, AddSetValue},
+                                                 {kAnalog, AddAnalog},
+                                                 {kStatus, AddStatus},
+                                                 {kLoginStatus, AddLoginStatus},
+                                                 {{Function::kReadHoldingRegisters, 0, 55}, AddParameter},
+                                                 {kLoginBlock, nullptr},
+                                                 {kPassword, nullptr},
+                                                 {kProductCode, nullptr},
+                                                 {kMfgNumber, nullptr}}};
 
-// ---- blocks of their own ----
+// ---- the data of a frame ----
 
-// Returns the log that holds the data.
-std::optional<Block> LogAround(const Block& data) {
-  for (std::size_t log = 0; log < kLogs; ++log) {
-    for (std::size_t quantity = 0; quantity < kQuantities; ++quantity) {
-      const Block block = LogBlock(log, quantity);
-      if (Within(data, block)) return block;
-    }
-  }
-  return std::nullopt;
-}
-
-void AddLog(Json& json, const Block& data, const Block& block, Bytes registers) {
-  const std::optional<LogPlace> place = LogPlaceOf(block);
-  const Quantity& quantity = kQuantityTable.at(place->quantity);
+void AddLog(Json& json, const LogPlace& place, const Block& data, Bytes registers) {
+  const Quantity& quantity = kQuantityTable.at(place.quantity);
   Json samples = Json::array();
-  for (std::size_t i = 0; i < data.count; ++i) samples.push_back(Scaled(quantity, Word(registers, 2 * i)));
-  json["log"] = place->log + 1;
-  json["first_sample"] = data.first - block.first;
-  json[Key(quantity)] = std::move(samples);
+  for (std::size_t i = 0; i < data.count; ++i) samples.push_back(ToUnits(quantity, Word(registers, 2 * i)));
+  json["log"] = place.log + 1;
+  json["first_sample"] = data.first - LogBlock(place.log, place.quantity).first;
+  json[quantity.key] = std::move(samples);
 }
 
 bool Exists(const Block& data) {
-  return std::any_of(kBlocks.begin(), kBlocks.end(), [&](const Block& block) { return Within(data, block); }) ||
-         LogAround(data).has_value();
+  return LogHolding(data) || std::any_of(kBlocks.begin(), kBlocks.end(),
+                                         [&](const NamedBlock& known) { return known.block.Holds(data); });
 }
 
 bool HoldsSecret(const Block& data) { return Overlaps(data, kLoginBlock) || Overlaps(data, kPassword); }
 
 bool AddRegisters(Json& json, const Block& data, Bytes registers, CharacterOrder order) {
-  if (const std::optional<Block> log = LogAround(data)) {
-    AddLog(json, data, *log, registers);
+  if (const std::optional<LogPlace> log = LogHolding(data)) {
+    AddLog(json, *log, data, registers);
     return true;
   }
   if (data == kProductCode) json["product_code"] = RegisterText(registers, order);
   if (data == kMfgNumber) json["mfg_number"] = RegisterText(registers, order);
-  for (const Named& named : kNamed) {
-    if (!Within(data, named.block)) continue;
+  for (const NamedBlock& known : kBlocks) {
+    if (known.add == nullptr || !known.block.Holds(data)) continue;
     for (std::uint16_t i = 0; i < data.count; ++i) {
-      if (!named.add(json, static_cast<std::uint16_t>(data.first + i), Word(registers, 2 * i))) return false;
+      if (!known.add(json, static_cast<std::uint16_t>(data.first + i), Word(registers, 2 * i))) return false;
     }
   }
   return true;

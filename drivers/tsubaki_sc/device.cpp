@@ -121,7 +121,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     if (exchange == nullptr) return;
     priority_ = step.priority;
     in_flight_ = WorkAt(priority_);
-    const bool background = priority_ == Priority::kSlow && interpreter_.trips().wanted();
+    const bool background = priority_ == Priority::kSlow && interpreter_.trips().pending();
     if (background && Same(exchange->request, ExchangeOf(Work::kTrip, now).request)) in_flight_ = Work::kTrip;
     // The second half between two slots.
     if (priority_ == Priority::kLive && Same(exchange->request, ExchangeOf(Work::kLive, now).request)) {
@@ -216,11 +216,11 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     const TripReader& trips = interpreter_.trips();
     if (fence_ || !answering_ || (login_.active() && !LoginOfCommand()))
       return {.action = Idle{kNever}, .priority = Priority::kLive};
-    // A slot for each half would halve the rate that the configuration asks for.
+    // A slot for each half would halve the configured rate.
     if (!saturated_ && status_next_) return StepOf(Work::kLive, Priority::kLive, now);
     if (trips.fresh()) return StepOf(Work::kTrip, Priority::kTrip, now);
     const bool slow_due = now >= slow_.due();
-    if (trips.wanted() && (history_next_ || !slow_due)) return StepOf(Work::kTrip, Priority::kSlow, now);
+    if (trips.pending() && (history_next_ || !slow_due)) return StepOf(Work::kTrip, Priority::kSlow, now);
     if (slow_due) return StepOf(Work::kSlow, Priority::kSlow, now);
     return {.action = Idle{slow_.due()}, .priority = Priority::kSlow};
   }
@@ -301,7 +301,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
       fence_ = true;
       if (answer.end > quiet_until_) busy_since_ = answer.end;
       quiet_until_ = answer.end + kQuiet;
-      login_.OnDoubt();
+      login_.OnUnclear();
     }
     if (answer.error == ErrorKind::kTimeout) {
       if (++silent_ == kSilentAfter) Disappear();
@@ -348,14 +348,15 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
   void OnCommandAnswer(CommandSlot& slot, const Answer& answer) {
     if (!slot.OnAnswer(answer)) return;
     // A logout that is under way waits for the login.
-    if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort("a command needs the login");
+    if (login_.active() && login_.goal() == LoginGoal::kOut) login_.Abort();
   }
 
   // ---- login ----
 
   void OnLoginAnswer(const Answer& answer) {
-    const Login::Progress result = login_.OnAnswer(answer);
-    if (result != Login::Progress::kGoing) EndLogin(result == Login::Progress::kDone, answer.end);
+    const Result<bool> reached = login_.OnAnswer(answer);
+    if (!reached) return EndLogin(Failure(reached.error()), answer.end);
+    if (*reached) EndLogin({}, answer.end);
   }
   // Starts the login or logout for which a command waits, or the logout that is owed.
   void PursueLogin(MonoNs now) {
@@ -372,9 +373,10 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     if (background && !urgent_.busy() && !command_.busy()) StartLogin(LoginGoal::kOut, now);
   }
   void StartLogin(LoginGoal goal, MonoNs now) {
-    if (!login_.Start(goal)) EndLogin(false, now);
+    if (const Result<> started = login_.Start(goal); !started) EndLogin(started, now);
   }
-  void EndLogin(bool done, MonoNs now) {
+  void EndLogin(const Result<>& result, MonoNs now) {
+    const bool done = result.has_value();
     const LoginGoal goal = login_.goal();
     const bool in = goal == LoginGoal::kIn;
     if (login_.wrong_password() || (in && done)) {
@@ -394,7 +396,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
       if (done)
         slot->OnLoginDone(in && login_.owes_log_out() && slot == &command_);
       else
-        slot->OnLoginFailed(login_.problem());
+        slot->OnLoginFailed(result.error().text);
     }
   }
   // Returns whether the slots of a command move the login on; otherwise the live slots of the unit do.
@@ -415,7 +417,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
   void Disappear() {
     answering_ = false;
     status_next_ = false;
-    login_.Abort("the unit does not answer");
+    login_.Abort();
     log_out_failed_ = false;
     interpreter_.Forget();
     slow_.Restart();

@@ -117,7 +117,7 @@ void Interpreter::OnParameters(const Answer& answer) {
 
 void Interpreter::OnAnalog(const Answer& answer) {
   const auto value = [&](std::size_t index) {
-    return ToUnits(kQuantityTable[index], answer.reply.Register(index));
+    return static_cast<float>(ToUnits(kQuantityTable[index], answer.reply.Register(index)));
   };
   reading_.analog_at = answer.at;
   reading_.voltage_v = value(0);

@@ -33,10 +33,10 @@ const char* ExceptionName(std::uint8_t code) {
   }
 }
 
-std::optional<LogPlace> LogPlaceOf(const Block& block) {
+std::optional<LogPlace> LogHolding(const Block& data) {
   for (std::size_t log = 0; log < kLogs; ++log) {
     for (std::size_t quantity = 0; quantity < kQuantities; ++quantity) {
-      if (block == LogBlock(log, quantity)) return LogPlace{log, quantity};
+      if (LogBlock(log, quantity).Holds(data)) return LogPlace{log, quantity};
     }
   }
   return std::nullopt;

@@ -23,6 +23,10 @@ struct Block {
   std::uint16_t first = 0;
   std::uint16_t count = 0;
 
+  [[nodiscard]] constexpr std::uint32_t end() const { return std::uint32_t{first} + count; }
+  [[nodiscard]] constexpr bool Holds(const Block& data) const {
+    return data.read == read && data.count > 0 && data.first >= first && data.end() <= end();
+  }
   friend constexpr bool operator==(const Block&, const Block&) = default;
 };
 
@@ -70,24 +74,22 @@ inline constexpr std::uint8_t kLoginError = 0x04;
 
 // A measured quantity, live (from kAnalog on) and in the trip logs, in this order: guideline 10.
 struct Quantity {
-  std::string_view name;
-  std::string_view unit;  // SI
-  float divisor;          // registers per unit
+  std::string_view key;  // with its unit, as in motor_health_t
+  double divisor;        // registers per unit
   bool is_signed;
 };
 inline constexpr std::size_t kQuantities = 7;
 inline constexpr std::array<Quantity, kQuantities> kQuantityTable = {{
-    {"voltage", "V", 10, false},
-    {"current", "A", 1000, false},  // registers in mA
-    {"power", "W", 10, false},
-    {"temperature", "degC", 10, true},
-    {"accel_x", "m/s2", 100, true},
-    {"accel_y", "m/s2", 100, true},
-    {"accel_z", "m/s2", 100, true},
+    {"voltage_v", 10, false},
+    {"current_a", 1000, false},  // registers in mA
+    {"power_w", 10, false},
+    {"temperature_c", 10, true},
+    {"accel_x_mps2", 100, true},
+    {"accel_y_mps2", 100, true},
+    {"accel_z_mps2", 100, true},
 }};
-[[nodiscard]] constexpr float ToUnits(const Quantity& quantity, std::uint16_t raw) {
-  return (quantity.is_signed ? static_cast<float>(static_cast<std::int16_t>(raw)) : static_cast<float>(raw)) /
-         quantity.divisor;
+[[nodiscard]] constexpr double ToUnits(const Quantity& quantity, std::uint16_t raw) {
+  return (quantity.is_signed ? static_cast<std::int16_t>(raw) : int{raw}) / quantity.divisor;
 }
 
 // Trip logs: 1000-1019 is the voltage of log 1, 3600-3619 the acceleration Z of log 3.
@@ -101,8 +103,12 @@ struct LogPlace {
   std::size_t log = 0;       // 0 newest
   std::size_t quantity = 0;  // index into kQuantityTable
 };
-// Returns the log that a block holds, or nothing if it holds no log.
-[[nodiscard]] std::optional<LogPlace> LogPlaceOf(const Block& block);
+// Returns the log that holds these data, or nothing if no log holds all of them.
+[[nodiscard]] std::optional<LogPlace> LogHolding(const Block& data);
+// Returns the log that a block is, or nothing if it is no whole log.
+[[nodiscard]] inline std::optional<LogPlace> LogPlaceOf(const Block& block) {
+  return block.count == kLogSamples ? LogHolding(block) : std::nullopt;
+}
 
 // Returns the block that a request reads, or nothing for another request.
 [[nodiscard]] std::optional<Block> BlockOf(Bytes request);

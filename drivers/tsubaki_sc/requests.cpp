@@ -34,7 +34,7 @@ modbus::Reply CheckVersion(Bytes request, Bytes reply) {
   return {.data = reply.subspan(2, 2)};
 }
 
-// AI 300 knows two values.
+// AI 300 has two values.
 bool InRange(const Answer& answer) {
   if (answer.block != kLoginStatus) return true;
   const std::uint16_t status = answer.reply.Register(0);
@@ -60,12 +60,12 @@ Exchange Requests::Read(const Block& block) const {
     return exchange;
   }
   Exchange exchange = Ask(modbus::Read(address_, block.read, block.first, block.count));
-  // The mains frequency is the same whenever it is asked for: it is the fence.
+  // A late reply to this request is as good as a new one, so that it can be the fence.
   exchange.shape.interchangeable = block == kMains;
   return exchange;
 }
 
-// A stop is never held back; what it did is read afterwards.
+// A stop is never held back. Its effect is read afterwards.
 Exchange Requests::SetCoil(std::uint16_t coil) const {
   Exchange exchange = Ask(modbus::WriteCoil(address_, coil, true));
   if (coil == kStopCoilAddress) {

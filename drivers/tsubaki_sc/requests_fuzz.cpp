@@ -59,7 +59,7 @@ Exchange ChooseRequest(FuzzedDataProvider& input, const Requests& requests, cons
   const auto choice = input.ConsumeIntegralInRange<std::size_t>(0, kBlocks.size() + 2);
   if (choice < kBlocks.size()) return requests.Read(kBlocks[choice]);
   if (choice == kBlocks.size()) return requests.SetCoil(kStopCoilAddress);
-  if (choice == kBlocks.size() + 1 || !trips.wanted()) {
+  if (choice == kBlocks.size() + 1 || !trips.pending()) {
     return requests.Read(
         LogBlock(input.ConsumeIntegralInRange<std::size_t>(0, 2), input.ConsumeIntegralInRange<std::size_t>(0, 6)));
   }

@@ -44,7 +44,7 @@ Pacing PacingOf(PacingReading reading) {
 }
 
 void ParsePlace(const std::string& name, ConfigMap& map, ScSettings& settings) {
-  if (!IsName(name)) map.errors().Add(map.mark(), map.path() + ": " + Quoted(name) + kNameRule);
+  map.CheckName(name);
   SecretPlace place = LoadPlace(map, "/etc/axlecast/gm3.password");
   if (!map.Has("file") && !map.Has("credential")) {
     map.Error("file", "give exactly one of file: (an absolute path, mode 0600) and credential: (systemd's name)");

@@ -98,7 +98,7 @@ TEST(Settings, AMistakeIsRefusedWithItsLineAndWhatWouldBeRight) {
       {"address: 1, password: letmein99", "it is the NAME of one of them, never the password"},
       {"address: 1, password: a, passwords: {a: {}}", "exactly one of file"},
       {"address: 1, password: a, passwords: {a: {file: /a, credential: a}}",
-       "it is read from one of them; leave the other out"},
+       "credential: is given together with file"},
       {"address: 1, password: a, passwords: {a: {file: a}}", "no absolute path"},
       {"address: 1, password: a, passwords: {a: {credential: ../a}}", "without '/'"},
       {"address: 1, password: A, passwords: {A: {file: /a}}", "is no name"},

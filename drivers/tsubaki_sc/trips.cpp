@@ -38,7 +38,7 @@ void TripReader::BeginAgain() {
 }
 
 std::size_t TripReader::Current() const {
-  const auto found = std::find_if(logs_.begin(), logs_.end(), [](const Log& log) { return log.wanted; });
+  const auto found = std::find_if(logs_.begin(), logs_.end(), [](const Log& log) { return log.pending; });
   return static_cast<std::size_t>(found - logs_.begin());
 }
 
@@ -60,11 +60,11 @@ void TripReader::OnStatus(const TripStatus& status, Interval at) {
   status_at_ = at;
 }
 
-// What is there at the start happened at some time before. Factors and logs outlive a clear of the count.
+// The trips that are recorded at the start happened before it. Factors and logs outlive a clear of the count.
 void TripReader::RequestHistory(const TripStatus& status, Interval at) {
   for (std::size_t i = 0; i < kLogs; ++i) {
     const std::int32_t count = status.count - static_cast<std::int32_t>(i);
-    logs_[i] = {.wanted = status.factors[i] != 0,
+    logs_[i] = {.pending = status.factors[i] != 0,
                 .fresh = false,
                 .trip_count = std::max(count, 0),
                 .not_before = 0,
@@ -80,7 +80,7 @@ void TripReader::Shift(std::size_t trips, const TripStatus& status, Interval at)
   const std::size_t added = std::min(trips, kLogs);
   std::shift_right(logs_.begin(), logs_.end(), static_cast<std::ptrdiff_t>(added));
   for (std::size_t i = 0; i < added; ++i) {
-    logs_[i] = {.wanted = true,
+    logs_[i] = {.pending = true,
                 .fresh = true,
                 .trip_count = status.count - static_cast<std::int32_t>(i),
                 .not_before = status_at_.first,
@@ -97,7 +97,7 @@ void TripReader::RequestAll() {
       logs_[i].trip_count = std::max(status_->count - static_cast<std::int32_t>(i), 0);
       logs_[i].not_after = status_at_.last;
     }
-    logs_[i].wanted = true;
+    logs_[i].pending = true;
     logs_[i].fresh = true;
   }
   BeginAgain();
@@ -113,12 +113,13 @@ void TripReader::OnLogInterval(std::uint16_t tenths) {
 }
 
 void TripReader::OnLog(const LogPlace& place, const modbus::Reply& reply, Interval at) {
-  if (!wanted() || place.log != Current()) return;
+  if (!pending() || place.log != Current()) return;
   if (!begun_) record_ = {.at = at};
   begun_ = true;
   record_.at.last = at.last;
   for (std::size_t i = 0; i < kLogSamples; ++i) {
-    record_.samples[place.quantity][i] = ToUnits(kQuantityTable[place.quantity], reply.Register(i));
+    record_.samples[place.quantity][i] =
+        static_cast<float>(ToUnits(kQuantityTable[place.quantity], reply.Register(i)));
   }
   const auto bit = static_cast<std::uint8_t>(1U << place.quantity);
   record_.valid_mask |= bit;
@@ -150,9 +151,9 @@ void TripReader::Publish(const TripStatus& status) {
   for (std::size_t q = 0; q < kQuantities; ++q) {
     if ((record_.valid_mask >> q & 1U) == 0) record_.samples[q].fill(kUnknownQuantity);
   }
-  log.wanted = false;
+  log.pending = false;
   log.fresh = false;
-  if (!wanted()) restarts_ = 0;
+  if (!pending()) restarts_ = 0;
   BeginAgain();
   if (record_.valid_mask != 0) output_.OnTrip(record_);
 }
@@ -167,12 +168,12 @@ class TripFetch final : public Procedure {
 
   // The unit's live slots read the logs too. When they have completed the last one, no log is left to request.
   [[nodiscard]] Exchange Next() const override {
-    return requests_.Read(begun_ && trips_.wanted() ? trips_.Next() : kStatus);
+    return requests_.Read(begun_ && trips_.pending() ? trips_.Next() : kStatus);
   }
 
   std::optional<Outcome> OnAnswer(const Answer& answer) override {
     if (!begun_) return OnStatus(answer);
-    if (!trips_.wanted()) return Done();
+    if (!trips_.pending()) return Done();
     if (!answer.ok()) {
       trips_.OnFailure(answer);
       // A quantity of a log that is refused is left out. Without the status no log is reliable.
@@ -200,7 +201,7 @@ class TripFetch final : public Procedure {
     failures_ = 0;
     begun_ = true;
     trips_.RequestAll();
-    if (!trips_.wanted()) return Verified("no trip is recorded");
+    if (!trips_.pending()) return Verified("no trip is recorded");
     return std::nullopt;
   }
 

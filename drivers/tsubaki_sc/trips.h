@@ -20,8 +20,8 @@ struct TripStatus {
   friend bool operator==(const TripStatus&, const TripStatus&) = default;
 };
 
-// Trips that happened between two readings of the status. If the count fell, or the factors changed under
-// the same count, the count was cleared meanwhile: then it counts from 0.
+// Returns the number of trips between two readings of the status. If the count fell, or the factors changed under the
+// same count, the count was cleared meanwhile and counts from 0.
 [[nodiscard]] int TripsBetween(const TripStatus& before, const TripStatus& after);
 
 // Detects trips in all status readings, and reads their logs. The unit shifts its logs 1 -> 2
@@ -31,28 +31,28 @@ class TripReader {
  public:
   explicit TripReader(DeviceOutput& output) : output_(output) {}
 
-  // Another unit may be there: what is recorded there is history, not news.
+  // Another unit may be connected: its recorded trips are history, not new trips.
   void Forget();
   void OnStatus(const TripStatus& status, Interval at);
   void OnLogInterval(std::uint16_t tenths);
   void OnLog(const LogPlace& place, const modbus::Reply& reply, Interval at);
-  // Its own request, Next, brought nothing.
+  // The request that Next returned has failed.
   void OnFailure(const Answer& answer);
-  // All logs that hold a trip.
+  // Requests all logs that hold a trip.
   void RequestAll();
 
-  [[nodiscard]] bool wanted() const { return Current() < kLogs; }
-  // The log to be read next is of a trip that happened while the driver watched, or that a command requests.
-  [[nodiscard]] bool fresh() const { return wanted() && logs_[Current()].fresh; }
+  [[nodiscard]] bool pending() const { return Current() < kLogs; }
+  // Returns whether the next log is of a trip that the driver observed, or is requested by a command.
+  [[nodiscard]] bool fresh() const { return pending() && logs_[Current()].fresh; }
   [[nodiscard]] std::size_t log() const { return Current(); }
   [[nodiscard]] Block Next() const;
-  // Times the newest log had to be begun again because there was a further trip.
+  // Returns how often the newest log was begun again because of a further trip.
   [[nodiscard]] int restarts() const { return restarts_; }
   [[nodiscard]] const std::optional<TripStatus>& status() const { return status_; }
 
  private:
   struct Log {
-    bool wanted = false;
+    bool pending = false;
     bool fresh = false;
     std::int32_t trip_count = 0;  // 0 unknown
     MonoNs not_before = 0;        // 0 unknown

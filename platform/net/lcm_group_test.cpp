@@ -183,7 +183,7 @@ TEST(LcmGroup, AnIdlePortTakesLittleMemory) {
     return pages * 4'096;
   };
   const std::int64_t before = resident();
-  const MulticastPort port(ParseLcmUrl(kUrl));
+  const MulticastPort port(*ParseLcmUrl(kUrl));
   ASSERT_EQ(port.problem(), "");
   EXPECT_LT(resident() - before, 512 << 10);
 }

@@ -109,8 +109,7 @@ LcmPort::LcmPort(const std::string& url, const std::string& prefix)
     : state_(std::make_unique<State>(prefix)),
       problem_(IsOtherProvider(url) ? "" : ErrorText(CheckMulticast(url))) {
   if (!problem_.empty()) return;
-  if (LcmUrl parsed = ParseLcmUrl(url); !IsOtherProvider(url) && !parsed.in_process)
-    state_->group = std::move(parsed);
+  if (auto parsed = ParseLcmUrl(url); parsed && !parsed->in_process) state_->group = std::move(*parsed);
   state_->lcm = lcm_create(url.c_str());
   if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
   // Handling such a port would abort within LCM 1.3.

@@ -274,10 +274,10 @@ std::int64_t MulticastPort::Dropped() {
 }
 
 Result<> CheckMulticast(const std::string& url) {
-  const LcmUrl parsed = ParseLcmUrl(url);
-  if (!parsed.problem.empty()) return Failure("the LCM URL '" + url + "' " + parsed.problem);
-  if (parsed.in_process) return {};
-  return ProbeGroup(parsed);
+  const auto parsed = ParseLcmUrl(url);
+  if (!parsed) return Failure("the LCM URL '" + url + "' " + parsed.error().text);
+  if (parsed->in_process) return {};
+  return ProbeGroup(*parsed);
 }
 
 }  // namespace axlecast

@@ -70,7 +70,7 @@ std::vector<std::string> Take(MulticastPort& port, std::int64_t count,
 }
 
 TEST(MulticastPort, TellsSenderAndBytes) {
-  MulticastPort port(ParseLcmUrl(Url()));
+  MulticastPort port(*ParseLcmUrl(Url()));
   ASSERT_EQ(port.problem(), "");
   const Sender sender;
   ASSERT_TRUE(sender.Send("one"));
@@ -83,7 +83,7 @@ TEST(MulticastPort, TellsSenderAndBytes) {
 
 // However late it is read. Not from the first datagram on: see Received::utime.
 TEST(MulticastPort, TellsTheTimeAtWhichTheKernelReceived) {
-  MulticastPort port(ParseLcmUrl(Url()));
+  MulticastPort port(*ParseLcmUrl(Url()));
   const Sender sender;
   const SystemClock clock;
   const MonoNs end = clock.Now() + kLimit;
@@ -104,7 +104,7 @@ TEST(MulticastPort, TellsTheTimeAtWhichTheKernelReceived) {
 }
 
 TEST(MulticastPort, ReadsABurstWholeAndTheLargestDatagram) {
-  MulticastPort port(ParseLcmUrl(Url()));
+  MulticastPort port(*ParseLcmUrl(Url()));
   const Sender sender;
   std::vector<std::string> sent = {std::string(65'507, 'x')};
   for (int i = 0; i < 100; ++i) sent.push_back(std::to_string(i));
@@ -114,7 +114,7 @@ TEST(MulticastPort, ReadsABurstWholeAndTheLargestDatagram) {
 
 // liblcm's sockets, bound to 0.0.0.0, take them: any host could reach a machine of ttl=0 past its group.
 TEST(MulticastPort, WhatIsSentToThisHostsOwnAddressIsNotReceived) {
-  MulticastPort port(ParseLcmUrl(Url()));
+  MulticastPort port(*ParseLcmUrl(Url()));
   const Sender sender;
   ASSERT_TRUE(sender.Send("unicast", "127.0.0.1"));
   ASSERT_TRUE(sender.Send("group"));
@@ -123,8 +123,8 @@ TEST(MulticastPort, WhatIsSentToThisHostsOwnAddressIsNotReceived) {
 }
 
 TEST(MulticastPort, AnotherGroupOnThePortIsNotHeard) {
-  MulticastPort port(ParseLcmUrl(Url()));
-  MulticastPort other(ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(kPort)));
+  MulticastPort port(*ParseLcmUrl(Url()));
+  MulticastPort other(*ParseLcmUrl("udpm://239.255.76.69:" + std::to_string(kPort)));
   ASSERT_EQ(other.problem(), "");
   const Sender sender;
   ASSERT_TRUE(sender.Send("theirs", "239.255.76.69"));
@@ -134,7 +134,7 @@ TEST(MulticastPort, AnotherGroupOnThePortIsNotHeard) {
 }
 
 TEST(MulticastPort, CountsWhatTheKernelDroppedAlsoTheLastOnes) {
-  MulticastPort port(ParseLcmUrl(Url("&recv_buf_size=8192")));
+  MulticastPort port(*ParseLcmUrl(Url("&recv_buf_size=8192")));
   const Sender sender;
   constexpr std::int64_t kSent = 500;
   for (std::int64_t i = 0; i < kSent; ++i) ASSERT_TRUE(sender.Send(std::string(500, 'x')));
@@ -150,7 +150,7 @@ TEST(MulticastPort, APortThatAnotherProgramHoldsIsAProblem) {
   any.sin_family = AF_INET;
   any.sin_port = htons(7'669);
   ASSERT_EQ(bind(holder.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
-  const MulticastPort port(ParseLcmUrl("udpm://239.255.76.68:7669"));
+  const MulticastPort port(*ParseLcmUrl("udpm://239.255.76.68:7669"));
   EXPECT_THAT(port.problem(), HasSubstr("another program holds it"));
 }
 

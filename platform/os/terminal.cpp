@@ -8,7 +8,7 @@
 #include <array>
 #include <cerrno>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

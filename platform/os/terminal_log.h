@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 

@@ -16,7 +16,7 @@
 
 #include "bridge/store/history.h"
 #include "client/axlecast/command_client.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
 #include "platform/os/system_clock.h"
@@ -76,7 +76,7 @@ class Storm {
   Storm(const Order& order, const MachineConfig& machine, const ClientSettings& settings)
       : order_(order), machine_(machine), client_(settings) {}
 
-  [[nodiscard]] std::string problem() const { return client_.problem(); }
+  [[nodiscard]] std::string problem() const { return ErrorText(client_.state()); }
 
   void Run() {
     std::vector<std::thread> threads;
@@ -101,7 +101,7 @@ class Storm {
     HistoryReader history(order_.journal);
     std::map<CommandId, S> journalled;
     for (const CommandRow& row : history.Commands({})) journalled[IdOf(row.record.status.id)] = row.record.status;
-    if (!history.problem().empty()) tally_.Breach(history.problem());
+    if (!history.state()) tally_.Breach(history.state().error().text);
     for (const auto& [id, ended] : ended_) CompareOne(id, ended, journalled);
     std::printf("  %10zu  commands in the journal\n", journalled.size());
     for (const auto& [id, status] : journalled) {
@@ -300,10 +300,10 @@ int Main(int argc, char** argv) {
   const auto machine = LoadConfig(order.client_file, errors);
   ConfigErrors bridge_errors(order.bridge_file);
   const auto bridge = LoadConfig(order.bridge_file, bridge_errors);
-  std::string error;
-  const auto settings = ClientSettings::OfMachine(order.client_file, "", error);
+  const auto settings = ClientSettings::OfMachine(order.client_file, "");
   if (!machine || !bridge || !settings) {
-    std::fprintf(stderr, "%s%s%s\n", errors.Text().c_str(), bridge_errors.Text().c_str(), error.c_str());
+    std::fprintf(stderr, "%s%s%s\n", errors.Text().c_str(), bridge_errors.Text().c_str(),
+                 ErrorText(settings).c_str());
     return 1;
   }
   return RunStorm(order, *machine, *settings, *bridge);

@@ -10,14 +10,13 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: patient_client CONFIG DEVICE\n");
     return 2;
   }
-  std::string error;
-  const auto settings = axlecast::ClientSettings::OfMachine(argv[1], "", error);
+  const auto settings = axlecast::ClientSettings::OfMachine(argv[1], "");
   if (!settings) {
-    std::fprintf(stderr, "%s\n", error.c_str());
+    std::fprintf(stderr, "%s\n", settings.error().text.c_str());
     return 1;
   }
   axlecast::CommandClient client(*settings);
-  while (client.problem().empty()) {
+  while (client.state()) {
     axlecast::CommandRequest request;
     request.device = argv[2];
     request.operation = "eeprom_read";
@@ -28,6 +27,6 @@ int main(int argc, char** argv) {
     std::printf("%s\n", done ? "done" : (result.problem + result.status.text).c_str());
     std::fflush(stdout);
   }
-  std::fprintf(stderr, "%s\n", client.problem().c_str());
+  std::fprintf(stderr, "%s\n", axlecast::ErrorText(client.state()).c_str());
   return 1;
 }

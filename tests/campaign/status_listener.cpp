@@ -1,6 +1,6 @@
 #include "tests/campaign/status_listener.h"
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/message.h"
 
 namespace axlecast {

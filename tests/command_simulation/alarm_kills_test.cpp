@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store.h"
-#include "core/command/command_id.h"
+#include "bridge/store/memory_store_fixture.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/command/operations.h"

@@ -80,29 +80,8 @@ class FaultyStore final : public DurableStore {
   void Outcome(const command_status_t& status, Timestamp now) override {
     Around([&] { return store_.Outcome(status, now), true; });
   }
-  bool SetDatum(const std::string& device, const DatumRecord& datum) override {
-    return Around([&] { return store_.SetDatum(device, datum); });
-  }
-  bool VoidDatum(const std::string& device, std::int64_t utime, const std::string& why) override {
-    return Around([&] { return store_.VoidDatum(device, utime, why); });
-  }
-  bool AddWrites(const std::string& device, std::int64_t writes, std::int64_t utime) override {
-    return Around([&] { return store_.AddWrites(device, writes, utime); });
-  }
-  bool SetReferenceLost(const std::string& device, bool lost) override {
-    return Around([&] { return store_.SetReferenceLost(device, lost); });
-  }
-  bool SetIdentity(const std::string& device, const std::string& identity) override {
-    return Around([&] { return store_.SetIdentity(device, identity); });
-  }
-  bool Exchange(const std::string& device, const std::string& identity, std::int64_t utime) override {
-    return Around([&] { return store_.Exchange(device, identity, utime); });
-  }
-  bool SetMark(const std::string& device, const AlarmMark& mark) override {
-    return Around([&] { return store_.SetMark(device, mark); });
-  }
-  bool EndMark(const std::string& device, AlarmMark::Kind kind, const std::string& alarm) override {
-    return Around([&] { return store_.EndMark(device, kind, alarm); });
+  bool Apply(const std::string& device, const DeviceChange& change) override {
+    return Around([&] { return store_.Apply(device, change); });
   }
   std::vector<AlarmMark> Marks(const std::string& device) const override { return store_.Marks(device); }
   std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override {
@@ -118,7 +97,7 @@ class FaultyStore final : public DurableStore {
   std::vector<DatumRecord> Datums(const std::string& device) const override { return store_.Datums(device); }
   std::vector<OpenCommand> Open() const override { return store_.Open(); }
   bool readable() const override { return store_.readable(); }
-  std::string problem() const override { return store_.problem(); }
+  Result<> state() const override { return store_.state(); }
 
  private:
   const std::unique_ptr<DurableStore> owned_;

@@ -4,7 +4,7 @@
 #include <axlecast/command_t.hpp>
 #include <utility>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 

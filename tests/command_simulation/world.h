@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store.h"
+#include "bridge/store/memory_store_fixture.h"
 #include "client/command/command_session.h"
 #include "tests/command_simulation/faults.h"
 #include "tests/command_simulation/network.h"

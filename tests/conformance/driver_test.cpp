@@ -10,7 +10,7 @@
 #include <map>
 #include <random>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "tests/conformance/example_buses.h"
 #include "tests/conformance/example_link.h"

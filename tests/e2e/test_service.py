@@ -220,7 +220,7 @@ class Report(Service):
         code, out, err = self.axlecast("report", self.config, "--html", path)
         self.assertEqual((code, out), (DONE, ""), err)
         self.assertRegex(err, rf"^listening to the machine, at most [0-9]+ s\nwritten: {path}\n$")
-        self.assertIn("not heard", self.page(path))
+        self.assertIn("no message", self.page(path))
         self.assertEqual(self.axlecast("report", self.config, "--log", self.config)[0], BAD)
 
 

@@ -429,7 +429,7 @@ class Web(Machine):
         self.assertIn("none.lcm", err)
         code, _, err = self.axlecast("web", "--log", self.write("no log", "text.lcm"), "--port", "0")
         self.assertEqual(code, 1)
-        self.assertIn("no message is in it", err)
+        self.assertIn("contains no message", err)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@
 #include <axlecast/trip_log_t.hpp>
 #include <random>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
 #include "drivers/runtime/command/command_status_table.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
 #include "core/messages/message.h"

@@ -9,12 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/live/subcommands.h"
-#include "tools/axlecast/run/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -55,7 +53,7 @@ class Commands : public ::testing::Test {
     AddDriverCommand(app, exit_code);
     AddSpyCommand(app, exit_code);
     AddShellCommand(app, exit_code);
-    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    std::reverse(words.begin(), words.end());  // as CLI::App::parse requires
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {

@@ -9,16 +9,10 @@
 #include "platform/os/process.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/cli_tree.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/decode/decode_command.h"
-#include "tools/axlecast/device_data/subcommands.h"
-#include "tools/axlecast/live/subcommands.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/axlecast/run/mqtt_process.h"
-#include "tools/axlecast/run/subcommands.h"
-#include "tools/axlecast/setup/subcommands.h"
 
 namespace axlecast {
 namespace {
@@ -28,48 +22,28 @@ int RunCommandLine(int argc, char** argv) {
   app.set_version_flag("--version", "axlecast " AXLECAST_VERSION);
   app.require_subcommand(1);
   int exit_code = kExitDone;
-  AddUpCommand(app, exit_code);
-  AddWatchCommand(app, exit_code);
-  AddStatusCommand(app, exit_code);
-  AddInfoCommand(app, exit_code);
-  AddAlarmCommands(app, exit_code);
-  AddDoCommands(app, exit_code);
-  AddHomeCommand(app, exit_code);
-  AddOffsetCommand(app, exit_code);
-  AddPermitCommand(app, exit_code);
-  AddMotorCommand(app, exit_code);
-  AddTripsCommand(app, exit_code);
-  AddParamCommand(app, exit_code);
-  AddDatumCommands(app, exit_code);
-  AddBackupCommands(app, exit_code);
-  AddReplaceCommand(app, exit_code);
-  AddHistoryCommand(app, exit_code);
-  AddHwtestCommand(app, exit_code);
-  AddReportCommand(app, exit_code);
-  AddRecordCommand(app, exit_code);
-  AddReplayCommand(app, exit_code);
-  AddMqttCommand(app, exit_code);
-  AddLogCommand(app, exit_code);
-  AddRedecodeCommand(app, exit_code);
+  // In the order of --help.
+  for (const auto add : {
+         &AddUpCommand, &AddWatchCommand, &AddStatusCommand, &AddInfoCommand, &AddAlarmCommands, &AddDoCommands,
+             &AddHomeCommand, &AddOffsetCommand, &AddPermitCommand, &AddMotorCommand, &AddTripsCommand,
+             &AddParamCommand, &AddDatumCommands, &AddBackupCommands, &AddReplaceCommand, &AddHistoryCommand,
+             &AddHwtestCommand, &AddReportCommand, &AddRecordCommand, &AddReplayCommand, &AddMqttCommand,
+             &AddLogCommand, &AddRedecodeCommand,
 #if AXLECAST_WEB
-  AddWebCommand(app, exit_code);
-#else
+             &AddWebCommand,
+#endif
+             &AddScanCommand, &AddCheckConfigCommand, &AddDoctorCommand, &AddKeygenCommand, &AddSimulateCommand,
+             &AddDriverCommand, &AddSpyCommand, &AddShellCommand, &AddDecodeCommand, &AddSsiPlanCommand
+       }) {
+    add(app, exit_code);
+  }
+#if !AXLECAST_WEB
   app.get_subcommand("up")->remove_option(app.get_subcommand("up")->get_option("--web"));
 #endif
-  AddScanCommand(app, exit_code);
-  AddCheckConfigCommand(app, exit_code);
-  AddDoctorCommand(app, exit_code);
-  AddKeygenCommand(app, exit_code);
   app.get_subcommand("keygen")->preparse_callback([](std::size_t) {
     const auto forbidden = ForbidCoreDumps();
     if (!forbidden) static_cast<void>(std::fprintf(stderr, "warning: %s\n", forbidden.error().text.c_str()));
   });
-  AddSimulateCommand(app, exit_code);
-  AddDriverCommand(app, exit_code);
-  AddSpyCommand(app, exit_code);
-  AddShellCommand(app, exit_code);
-  AddDecodeCommand(app, exit_code);
-  AddSsiPlanCommand(app, exit_code);
   AddCliTreeOption(app);
   if (const auto known = CheckCommands(app, {argv + 1, argv + argc}); !known) {
     return Fail(known.error().text, kExitUsage);

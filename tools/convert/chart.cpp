@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <iterator>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/base/utc_text.h"
 
 namespace axlecast {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/convert/conversion.h"

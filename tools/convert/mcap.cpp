@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/log/log_event.h"

@@ -1,6 +1,7 @@
 #include "tools/doctor/check.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "core/base/text.h"
@@ -55,15 +56,8 @@ std::string LineOf(const Fix& fix) {
 }
 
 std::string_view SeverityName(Severity severity) {
-  switch (severity) {
-    case Severity::kError:
-      return "error";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kAdvice:
-      break;
-  }
-  return "advice";
+  constexpr std::array<std::string_view, 3> kNames = {"error", "warning", "advice"};
+  return kNames.at(static_cast<std::size_t>(severity));
 }
 
 Result<> ApplyFix(const Fix& fix, const HostFiles& files) {
@@ -93,14 +87,13 @@ const std::vector<Check>& Checks() {
 }
 
 const Check* FindCheck(std::string_view name) {
-  const auto found =
-      std::find_if(Checks().begin(), Checks().end(), [name](const Check& check) { return check.name == name; });
+  const auto found = std::ranges::find_if(Checks(), [name](const Check& check) { return check.name == name; });
   return found == Checks().end() ? nullptr : &*found;
 }
 
 bool AdviceAlone(const std::vector<Diagnosis>& diagnoses) {
-  return std::all_of(diagnoses.begin(), diagnoses.end(),
-                     [](const Diagnosis& one) { return one.check->severity == Severity::kAdvice; });
+  return std::ranges::all_of(diagnoses,
+                             [](const Diagnosis& one) { return one.check->severity == Severity::kAdvice; });
 }
 
 std::vector<Diagnosis> Diagnose(const MachineConfig& machine, const HostFacts& host,
@@ -124,8 +117,8 @@ std::string DiagnosisText(const Diagnosis& diagnosis) {
 
 std::string CountText(const std::vector<Diagnosis>& diagnoses) {
   const auto count = [&](Severity severity) {
-    return std::count_if(diagnoses.begin(), diagnoses.end(),
-                         [severity](const Diagnosis& one) { return one.check->severity == severity; });
+    return std::ranges::count_if(diagnoses,
+                                 [severity](const Diagnosis& one) { return one.check->severity == severity; });
   };
   std::string text;
   for (const std::string& part : {CountedWord(count(Severity::kError), "error", "errors"),

@@ -23,9 +23,9 @@ namespace {
 
 void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
-    if (url.in_process || !url.problem.empty()) continue;
-    GroupFacts facts{.route = FindMulticastRoute(url.group), .silence = {}};
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process) continue;
+    GroupFacts facts{.route = FindMulticastRoute(url->group), .silence = {}};
     if (facts.route.error == 0) facts.silence = ErrorText(CheckMulticast(text));
     network.groups.emplace(text, std::move(facts));
   }
@@ -55,7 +55,7 @@ void ReceiveDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& n
 void ReceiveMachine(const MachineConfig& machine, NetworkFacts& network) {
   const auto ours = [&machine](const auto& driver) { return IsDriverOf(machine, driver.first); };
   const auto group = network.groups.find(machine.lcm.url);
-  if (std::none_of(network.drivers.begin(), network.drivers.end(), ours)) return;
+  if (std::ranges::none_of(network.drivers, ours)) return;
   if (group == network.groups.end() || group->second.route.error != 0 || !group->second.silence.empty()) return;
   const SystemClock clock;
   LiveMachine live(machine, clock);

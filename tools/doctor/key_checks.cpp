@@ -35,9 +35,7 @@ constexpr std::array<const char*, 6> kAccounts = {kBridgeAccount, kDriversAccoun
                                                   "axlecast-web", "axlecast-mqtt", "axlecast-multicast"};
 constexpr std::array<const char*, 3> kDeviceGroups = {"dialout", "spi", "gpio"};
 
-bool IsAccount(const std::string& name) {
-  return std::find(kAccounts.begin(), kAccounts.end(), name) != kAccounts.end();
-}
+bool IsAccount(const std::string& name) { return std::ranges::find(kAccounts, name) != kAccounts.end(); }
 
 bool GroupMayRead(const HostFile& file) { return (file.mode & 040) != 0; }
 
@@ -169,7 +167,7 @@ Symptoms CheckGroupMembers(const MachineConfig& machine, const HostFacts& host) 
     if (IsAccount(user)) symptoms.push_back(MemberSymptom(user, kOperatorGroup, "which is for operators"));
     for (const char* group : kDeviceGroups) {
       const std::vector<std::string>& members = MembersOf(group, host);
-      if (IsAccount(user) || std::find(members.begin(), members.end(), user) == members.end()) continue;
+      if (IsAccount(user) || std::ranges::find(members, user) == members.end()) continue;
       symptoms.push_back(
           MemberSymptom(user, group, "and may send commands: devices can be accessed without any interlock"));
     }

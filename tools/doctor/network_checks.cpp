@@ -31,11 +31,14 @@ struct Group {
   const GroupFacts* facts = nullptr;
 };
 
+// Returns an empty URL if `text` is not valid: no check applies to it.
+LcmUrl UrlOf(const std::string& text) { return ParseLcmUrl(text).value_or(LcmUrl{}); }
+
 std::vector<Group> GroupsOf(const MachineConfig& machine, const HostFacts& host) {
   std::vector<Group> groups;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const auto facts = host.network.groups.find(text);
-    if (facts != host.network.groups.end()) groups.push_back({text, ParseLcmUrl(text), &facts->second});
+    if (facts != host.network.groups.end()) groups.push_back({text, UrlOf(text), &facts->second});
   }
   return groups;
 }
@@ -100,28 +103,29 @@ bool AcceptsPort(const Json& rule, std::int64_t port) {
 // rules) and has no rule that accepts this port. `ruleset`: libnftables-json(5), which contains iptables rules too.
 std::vector<std::string> InputChains(const Json& ruleset, std::int64_t port) {
   if (!ruleset.is_object() || !ruleset.contains("nftables") || !ruleset["nftables"].is_array()) return {};
-  std::map<std::string, bool> may_drop;
+  struct Chain {
+    bool may_drop = false;
+    bool accepts = false;
+  };
+  std::map<std::string, Chain> chains;
   for (const Json& object : ruleset["nftables"]) {  // chains come before their rules
     if (!object.is_object() || object.empty() || !object.front().is_object()) continue;
     const Json& content = object.front();
     const std::string family = Text(content, "family");
     const std::string table = family + ' ' + Text(content, "table") + ' ';
     if (object.contains("chain") && Text(content, "hook") == "input" && (family == "inet" || family == "ip")) {
-      may_drop[table + Text(content, "name")] = Text(content, "policy") == "drop";
+      chains[table + Text(content, "name")].may_drop = Text(content, "policy") == "drop";
     }
-    const auto chain = may_drop.find(table + Text(content, "chain"));
-    if (object.contains("rule") && chain != may_drop.end()) chain->second = true;
+    const auto chain = chains.find(table + Text(content, "chain"));
+    if (!object.contains("rule") || chain == chains.end()) continue;
+    chain->second.may_drop = true;
+    chain->second.accepts = chain->second.accepts || AcceptsPort(content, port);
   }
-  for (const Json& object : ruleset["nftables"]) {
-    const auto rule = object.is_object() ? object.find("rule") : object.end();
-    if (rule == object.end() || !rule->is_object() || !AcceptsPort(*rule, port)) continue;
-    may_drop.erase(Text(*rule, "family") + ' ' + Text(*rule, "table") + ' ' + Text(*rule, "chain"));
+  std::vector<std::string> found;
+  for (const auto& [name, chain] : chains) {
+    if (chain.may_drop && !chain.accepts) found.push_back(name);
   }
-  std::vector<std::string> chains;
-  for (const auto& [chain, drops] : may_drop) {
-    if (drops) chains.push_back(chain);
-  }
-  return chains;
+  return found;
 }
 
 // Returns "chain CHAIN of the table FAMILY TABLE".
@@ -147,7 +151,7 @@ Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& h
   const LoopbackState& loopback = host.network.loopback;
   if (!loopback.known || (loopback.up && loopback.multicast)) return {};
   const std::vector<Group> groups = GroupsOf(machine, host);
-  const bool used = std::any_of(groups.begin(), groups.end(), [](const Group& group) {
+  const bool used = std::ranges::any_of(groups, [](const Group& group) {
     return group.url.ttl == 0 && (group.facts->route.error != 0 || group.facts->route.interface == "lo");
   });
   if (!used) return {};
@@ -203,7 +207,7 @@ Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& ho
   if (!host.network.receive_max) return {};
   std::int64_t needed = 0;
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
+    const LcmUrl url = UrlOf(text);
     needed = std::max(needed, url.recv_buf_size);
     const bool recorded = !machine.recorder.logs.empty() && url.recv_buf_size == 0 && !url.in_process;
     if (recorded) needed = std::max(needed, MulticastPort::kDefaultBuffer);
@@ -215,7 +219,7 @@ Symptoms CheckReceiveBufferMax(const MachineConfig& machine, const HostFacts& ho
 }
 
 Symptoms CheckReceiveBufferDefault(const MachineConfig& machine, const HostFacts& host) {
-  const LcmUrl url = ParseLcmUrl(machine.lcm.url);
+  const LcmUrl url = UrlOf(machine.lcm.url);
   if (!host.network.receive_default || url.in_process || url.recv_buf_size > 0) return {};
   const double rate = MessageRate(machine);
   const double needed = rate * kMaxDelay * kDatagramCost;
@@ -239,10 +243,10 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
                            ": one forged datagram makes a program that receives through it write out of bounds "
                            "(LCM's pull request 628, not in any release up to 1.5.2)"};
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
-    const LcmUrl url = ParseLcmUrl(text);
-    if (url.in_process || !url.problem.empty() || url.ttl > 0) continue;
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process || url->ttl > 0) continue;
     symptom.fixes.push_back(Manual("nft add rule inet filter input iifname != lo udp dport " +
-                                   std::to_string(url.port) + " drop    # ttl=0: other hosts send nothing to it"));
+                                   std::to_string(url->port) + " drop    # ttl=0: other hosts send nothing to it"));
   }
   if (symptom.fixes.empty()) {
     symptom.fixes.push_back(Manual("allow only trusted hosts on the network segment (ttl above 0)"));

@@ -111,7 +111,7 @@ Symptom DriversSymptom(const PortUse& use, const HostFile& file) {
 
 bool IsOwnDriver(const HostProcess& process, const std::string& bus) {
   if (process.words.empty() || process.words[0].find("axlecast-") == std::string::npos) return false;
-  const auto option = std::find(process.words.begin(), process.words.end(), "--bus");
+  const auto option = std::ranges::find(process.words, "--bus");
   return option != process.words.end() && option + 1 != process.words.end() && *(option + 1) == bus;
 }
 
@@ -156,7 +156,7 @@ Symptoms CheckPortPermission(const MachineConfig& machine, const HostFacts& host
 }
 
 Symptoms CheckPortProber(const MachineConfig& machine, const HostFacts& host) {
-  const auto prober = std::find_if(host.processes.begin(), host.processes.end(), &IsProber);
+  const auto prober = std::ranges::find_if(host.processes, &IsProber);
   if (prober == host.processes.end()) return {};
   return ForEachPort(machine, host, [&](const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
     if (!port.usb) return;
@@ -191,8 +191,7 @@ void LookAtRate(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
 
 Symptoms CheckSpiBuffer(const MachineConfig& machine, const HostFacts& host) {
   const std::vector<PortUse> ports = PortsOf(machine);
-  const bool used =
-      std::any_of(ports.begin(), ports.end(), [](const PortUse& use) { return use.kind == PortUse::Kind::kSpi; });
+  const bool used = std::ranges::any_of(ports, [](const PortUse& use) { return use.kind == PortUse::Kind::kSpi; });
   constexpr auto kNeeded = static_cast<std::int64_t>(kMaxFrame);
   if (!used || !host.spi_buffer || *host.spi_buffer >= kNeeded) return {};
   return {{.found = "spidev accepts transfers of at most " + std::to_string(*host.spi_buffer) + " bytes; up to " +

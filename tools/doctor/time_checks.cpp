@@ -15,7 +15,7 @@ constexpr const char* kLimitsFile = "/etc/security/limits.d/axlecast.conf";
 
 template <std::size_t Size>
 bool IsOneOf(std::string_view text, const std::array<std::string_view, Size>& words) {
-  return std::find(words.begin(), words.end(), text) != words.end();
+  return std::ranges::find(words, text) != words.end();
 }
 
 // `ranges`: like "0-3,6", from /sys/devices/system/cpu/online.
@@ -35,7 +35,7 @@ bool IsOnline(const std::string& ranges, int cpu) {
 
 // Returns true if a late wake-up affects the readings of this machine.
 bool IsFast(const MachineConfig& machine) {
-  return std::any_of(machine.buses.begin(), machine.buses.end(), [](const BusConfig& bus) {
+  return std::ranges::any_of(machine.buses, [](const BusConfig& bus) {
     return !bus.simulate && (bus.realtime.priority > 0 || bus.poll_hz >= kFastHz);
   });
 }
@@ -44,8 +44,8 @@ const HostProcess* TimeKeeper(const HostFacts& host) {
   // As truncated in /proc/PID/comm.
   static constexpr std::array<std::string_view, 5> kKeepers = {"systemd-timesyn", "chronyd", "ntpd", "ntpsec",
                                                                "phc2sys"};
-  const auto keeper = std::find_if(host.processes.begin(), host.processes.end(),
-                                   [](const HostProcess& process) { return IsOneOf(process.name, kKeepers); });
+  const auto keeper = std::ranges::find_if(
+      host.processes, [](const HostProcess& process) { return IsOneOf(process.name, kKeepers); });
   return keeper == host.processes.end() ? nullptr : &*keeper;
 }
 
@@ -62,8 +62,8 @@ Symptoms CheckRealtimePriority(const MachineConfig& machine, const HostFacts& ho
 }
 
 Symptoms CheckRealtimeMemory(const MachineConfig& machine, const HostFacts& host) {
-  const bool needed = std::any_of(machine.buses.begin(), machine.buses.end(),
-                                  [](const BusConfig& bus) { return bus.realtime.lock_memory; });
+  const bool needed =
+      std::ranges::any_of(machine.buses, [](const BusConfig& bus) { return bus.realtime.lock_memory; });
   if (!needed || host.limits.locked_bytes < 0 || host.limits.locked_bytes >= kDriverMemory) return {};
   return {{.found = "the machine file requests locked memory, the limit of this user is " +
                     std::to_string(host.limits.locked_bytes >> 10) + " kB",

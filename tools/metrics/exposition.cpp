@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

@@ -1,10 +1,7 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <initializer_list>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -41,15 +38,5 @@ class Exposition {
 
 // Returns the shortest digits that parse to the same number; or "+Inf", "-Inf", "NaN".
 [[nodiscard]] std::string MetricNumber(double value);
-
-// Adds a state in the form of Prometheus: one sample for each of `names`, 1 for the current state, else 0. The last name
-// is used if the state is unknown or no longer reported.
-template <std::size_t N>
-void AddStateSet(Exposition& out, std::string_view label, std::string_view whose,
-                 const std::array<std::string_view, N>& names, std::optional<std::int8_t> state) {
-  const bool known = state && *state >= 0 && static_cast<std::size_t>(*state) < N - 1;
-  const std::size_t present = known ? static_cast<std::size_t>(*state) : N - 1;
-  for (std::size_t i = 0; i < N; ++i) out.Add({{label, whose}, {"state", names[i]}}, std::int64_t{i == present});
-}
 
 }  // namespace axlecast

@@ -1,6 +1,6 @@
 #include <iostream>
 
-#include "tools/metrics/busy_machine.h"
+#include "tools/metrics/busy_machine_fixture.h"
 #include "tools/metrics/metrics_text.h"
 
 // Prints the metrics of the tests' machine, for Prometheus' own tools to judge.

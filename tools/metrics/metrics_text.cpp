@@ -2,8 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <optional>
+#include <span>
 
+#include "core/device/reading.h"
 #include "core/messages/enum_names.h"
 #include "tools/metrics/exposition.h"
 
@@ -11,6 +16,265 @@ namespace axlecast {
 namespace {
 
 using Type = Exposition::Type;
+using Names = std::span<const std::string_view>;
+
+// Returns the last report of a sender that the machine's file lists, or null.
+const device_info_t* ReportOf(const DeviceView& device) {
+  return device.listed && device.info ? &*device.info : nullptr;
+}
+const bus_health_t* ReportOf(const BusView& bus) { return bus.listed && bus.health ? &*bus.health : nullptr; }
+const recorder_health_t* ReportOf(const RecorderView& recorder) {
+  return recorder.listed && recorder.health ? &*recorder.health : nullptr;
+}
+
+// A family with one number of each report.
+template <typename Report>
+struct ReportedNumber {
+  std::string_view name;
+  Type type;
+  std::string_view help;
+  std::int64_t (*value)(const Report& report);
+};
+
+template <typename Views, typename Report, std::size_t N>
+void AddReported(Exposition& out, std::string_view label, const Views& views,
+                 const ReportedNumber<Report> (&numbers)[N]) {
+  for (const ReportedNumber<Report>& number : numbers) {
+    out.Family(number.name, number.type, number.help);
+    for (const auto& view : views) {
+      if (const Report* report = ReportOf(view)) out.Add({{label, view.name}}, number.value(*report));
+    }
+  }
+}
+
+// Adds a family with the momentary values of the listed senders. NaN: the sender has no value now.
+template <typename Views, typename Value>
+void AddMomentary(Exposition& out, std::string_view name, Type type, std::string_view help, std::string_view label,
+                  const Views& views, const Value& value) {
+  out.Family(name, type, help);
+  for (const auto& view : views) {
+    const double number = view.listed ? static_cast<double>(value(view)) : NAN;
+    if (!std::isnan(number)) out.Add({{label, view.name}}, number);
+  }
+}
+
+template <typename Views>
+void AddErrors(Exposition& out, std::string_view name, std::string_view help, std::string_view label,
+               const Views& views) {
+  out.Family(name, Type::kCounter, help);
+  for (const auto& view : views) {
+    const auto* report = ReportOf(view);
+    for (std::size_t kind = 0; report != nullptr && kind < kErrorKinds; ++kind) {
+      out.Add({{label, view.name}, {"kind", ErrorName(static_cast<ErrorKind>(kind))}}, report->errors[kind]);
+    }
+  }
+}
+
+// Adds a state in the form of Prometheus: one sample for each of `names`, 1 for the current state, else 0. The last name is
+// used if the state is unknown or no longer reported.
+void AddState(Exposition& out, std::string_view label, std::string_view sender, Names names,
+              std::optional<std::int8_t> state) {
+  const std::size_t last = names.size() - 1;
+  const bool known = state && *state >= 0 && static_cast<std::size_t>(*state) < last;
+  const std::size_t present = known ? static_cast<std::size_t>(*state) : last;
+  for (std::size_t i = 0; i <= last; ++i) {
+    out.Add({{label, sender}, {"state", names[i]}}, std::int64_t{i == present});
+  }
+}
+
+// ---- devices ----
+
+// device_info_t STATE_*, and "silent" without messages of its driver.
+constexpr std::array<std::string_view, 5> kDeviceStates = {"starting", "online", "degraded", "offline", "silent"};
+
+// Returns true if the newest reading is still current.
+bool Answers(const DeviceView& device, MonoNs now) {
+  const auto state = device.State(now);
+  return state == device_info_t::STATE_ONLINE || state == device_info_t::STATE_DEGRADED;
+}
+
+void AddPositions(Exposition& out, const MachineView& machine, MonoNs now) {
+  const auto add = [&](std::string_view name, std::string_view help, const auto& value) {
+    AddMomentary(out, name, Type::kGauge, help, "device", machine.devices(), [&](const DeviceView& device) {
+      return device.position && Answers(device, now) ? value(device) : NAN;
+    });
+  };
+  const auto flag = [](std::int32_t bit) {
+    return [bit](const DeviceView& device) { return (device.position->flags & bit) != 0 ? 1.0 : 0.0; };
+  };
+  add("axlecast_device_position_valid", "1 while the newest position may be used, else 0.",
+      flag(position_t::FLAG_VALID));
+  add("axlecast_device_referenced", "1 while a datum is set and nothing has put it in doubt, else 0.",
+      flag(position_t::FLAG_REFERENCED));
+  add("axlecast_device_position_radians",
+      "Angle of the shaft with its whole turns, after direction and datum, of the newest valid position.",
+      [](const DeviceView& device) { return device.Turns() * 2 * std::numbers::pi; });
+  add("axlecast_device_speed_radians_per_second", "Speed of the shaft, after direction.",
+      [](const DeviceView& device) { return device.SpeedRpm() * 2 * std::numbers::pi / 60; });
+}
+
+void AddDevices(Exposition& out, const MachineView& machine, MonoNs now) {
+  out.Family("axlecast_device_info", Type::kGauge, "Identity of a device; always 1.");
+  for (const DeviceView& device : machine.devices()) {
+    const device_info_t* info = ReportOf(device);
+    if (info == nullptr) continue;
+    out.Add({{"device", device.name},
+             {"bus", device.bus},
+             {"family", info->family},
+             {"model", info->model},
+             {"serial", info->serial},
+             {"firmware", info->firmware}},
+            std::int64_t{1});
+  }
+  out.Family("axlecast_device_state", Type::kGauge,
+             "1 for the state the device is in, else 0; silent: its driver does not report.");
+  for (const DeviceView& device : machine.devices()) {
+    if (device.listed) AddState(out, "device", device.name, kDeviceStates, device.State(now));
+  }
+  static constexpr ReportedNumber<device_info_t> kNumbers[] = {
+      {"axlecast_device_readings_total", Type::kCounter, "Good readings since the driver started.",
+       [](const device_info_t& info) { return info.good; }},
+      {"axlecast_device_nonvolatile_writes_total", Type::kCounter,
+       "Writes to the device's memory of limited endurance by this driver process.",
+       [](const device_info_t& info) { return std::int64_t{info.nv_writes}; }},
+      {"axlecast_device_reference_lost", Type::kGauge,
+       "1 from an event that put the reference in doubt until a datum or a reset of turns, else 0.",
+       [](const device_info_t& info) { return std::int64_t{info.reference_lost != 0}; }}};
+  AddReported(out, "device", machine.devices(), kNumbers);
+  AddErrors(out, "axlecast_device_reading_errors_total", "Readings that failed since the driver started, by kind.",
+            "device", machine.devices());
+  AddMomentary(out, "axlecast_device_last_good_timestamp_seconds", Type::kGauge,
+               "UNIX time of the last good reading; 0 before the first.", "device", machine.devices(),
+               [](const DeviceView& device) {
+                 return device.info ? static_cast<double>(device.info->last_good_utime) / 1e6 : NAN;
+               });
+  AddPositions(out, machine, now);
+}
+
+// Adds readings of motor monitors, while they answer.
+void AddMotors(Exposition& out, const MachineView& machine, MonoNs now) {
+  // Returns the motor if its readings with `flag` are current, else null.
+  const auto motor_of = [now](const DeviceView& device, std::int32_t flag) {
+    const bool current = device.listed && device.motor && Answers(device, now) && (device.motor->flags & flag) != 0;
+    return current ? &*device.motor : nullptr;
+  };
+  const auto add = [&](std::int32_t flag, std::string_view name, Type type, std::string_view help,
+                       double (*value)(const motor_health_t&)) {
+    AddMomentary(out, name, type, help, "device", machine.devices(), [&](const DeviceView& device) {
+      const motor_health_t* motor = motor_of(device, flag);
+      return motor == nullptr ? NAN : value(*motor);
+    });
+  };
+  constexpr std::int32_t kAnalog = motor_health_t::FLAG_ANALOG_VALID;
+  constexpr std::int32_t kStatus = motor_health_t::FLAG_STATUS_VALID;
+  add(kAnalog, "axlecast_motor_voltage_volts", Type::kGauge, "Voltage.",
+      [](const motor_health_t& motor) -> double { return motor.voltage_v; });
+  add(kAnalog, "axlecast_motor_current_amperes", Type::kGauge, "Current.",
+      [](const motor_health_t& motor) -> double { return motor.current_a; });
+  add(kAnalog, "axlecast_motor_power_watts", Type::kGauge, "Power.",
+      [](const motor_health_t& motor) -> double { return motor.power_w; });
+  add(kAnalog, "axlecast_motor_temperature_celsius", Type::kGauge, "Temperature.",
+      [](const motor_health_t& motor) -> double { return motor.temperature_c; });
+  static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  out.Family("axlecast_motor_acceleration_meters_per_second_squared", Type::kGauge,
+             "Instantaneous acceleration by axis of the unit; no vibration analysis.");
+  for (const DeviceView& device : machine.devices()) {
+    const motor_health_t* motor = motor_of(device, kAnalog);
+    for (std::size_t axis = 0; motor != nullptr && axis < kAxes.size(); ++axis) {
+      const double value = motor->accel_mps2[axis];
+      if (!std::isnan(value)) out.Add({{"device", device.name}, {"axis", kAxes[axis]}}, value);
+    }
+  }
+  add(kStatus, "axlecast_motor_trips_total", Type::kCounter, "Trips since the unit's count was cleared.",
+      [](const motor_health_t& motor) -> double { return motor.trip_count; });
+  add(kStatus, "axlecast_motor_tripped", Type::kGauge, "1 while the unit reports that it has tripped, else 0.",
+      [](const motor_health_t& motor) { return (motor.flags & motor_health_t::FLAG_TRIPPED) != 0 ? 1.0 : 0.0; });
+  add(kStatus, "axlecast_motor_stop_commanded", Type::kGauge, "1 while the stop coil is set, else 0.",
+      [](const motor_health_t& motor) -> double { return motor.stop_coil < 0 ? NAN : motor.stop_coil; });
+}
+
+// ---- buses ----
+
+// bus_health_t STATE_*, and "silent" without messages of its driver.
+constexpr std::array<std::string_view, 5> kBusStates = {"starting", "up", "degraded", "down", "silent"};
+
+constexpr ReportedNumber<bus_health_t> kBusCounters[] = {
+    {"axlecast_bus_exchanges_total", Type::kCounter, "Exchanges of all kinds since the driver started.",
+     [](const bus_health_t& bus) { return bus.exchanges; }},
+    {"axlecast_bus_readings_total", Type::kCounter, "Good readings of the bus's devices.",
+     [](const bus_health_t& bus) { return bus.good; }},
+    {"axlecast_bus_late_slots_total", Type::kCounter, "Poll slots that were missed.",
+     [](const bus_health_t& bus) { return bus.late; }},
+    {"axlecast_bus_receive_dropped_total", Type::kCounter,
+     "Characters or frames that were received and lost by the kernel or the adapter.",
+     [](const bus_health_t& bus) { return bus.rx_dropped; }},
+    {"axlecast_bus_reopens_total", Type::kCounter, "Times the line was opened again.",
+     [](const bus_health_t& bus) { return std::int64_t{bus.reopens}; }}};
+
+void AddRates(Exposition& out, const MachineView& machine, MonoNs now) {
+  const auto add = [&](std::string_view name, std::string_view help, double (*value)(const bus_health_t&)) {
+    AddMomentary(out, name, Type::kGauge, help, "bus", machine.buses(), [&](const BusView& bus) {
+      const bus_health_t* health = bus.FreshHealth(now);
+      return health == nullptr ? NAN : value(*health);
+    });
+  };
+  add("axlecast_bus_exchange_rate_hertz", "Exchanges a second over the last second.",
+      [](const bus_health_t& bus) -> double { return bus.rate_hz; });
+  add("axlecast_bus_wire_limit_hertz",
+      "Readings a second that the wire's timing allows; absent where it is not known.",
+      [](const bus_health_t& bus) -> double { return bus.wire_limit_hz > 0 ? bus.wire_limit_hz : NAN; });
+  add("axlecast_bus_utilisation_ratio", "Share of the wire's limit in use, 0 to 1.",
+      [](const bus_health_t& bus) -> double { return bus.wire_limit_hz > 0 ? bus.utilisation : NAN; });
+  add("axlecast_bus_can_transmit_errors", "The CAN controller's transmit error counter.",
+      [](const bus_health_t& bus) -> double { return bus.can_tec < 0 ? NAN : bus.can_tec; });
+  add("axlecast_bus_can_receive_errors", "The CAN controller's receive error counter.",
+      [](const bus_health_t& bus) -> double { return bus.can_rec < 0 ? NAN : bus.can_rec; });
+}
+
+// Anybody may send anything: a histogram that falls would void the whole text.
+bool MakesSense(const exchange_times_t& times) {
+  return !times.bound_us.empty() && times.within.size() == times.bound_us.size() && times.bound_us.front() > 0 &&
+         std::ranges::is_sorted(times.bound_us, std::ranges::less_equal()) &&
+         std::ranges::is_sorted(times.within) && times.within.front() >= 0 && times.within.back() <= times.total &&
+         times.sum_us >= 0;
+}
+
+void AddTimes(Exposition& out, const MachineView& machine) {
+  out.Family("axlecast_bus_exchange_seconds", Type::kHistogram,
+             "How long answered exchanges took, from before the write to after the last read.");
+  for (const BusView& bus : machine.buses()) {
+    if (!bus.listed || !bus.times || !MakesSense(*bus.times)) continue;
+    const exchange_times_t& times = *bus.times;
+    for (std::size_t i = 0; i < times.bound_us.size(); ++i) {
+      out.Add("_bucket", {{"bus", bus.name}, {"le", MetricNumber(times.bound_us[i] / 1e6)}}, times.within[i]);
+    }
+    out.Add("_bucket", {{"bus", bus.name}, {"le", "+Inf"}}, times.total);
+    out.Add("_sum", {{"bus", bus.name}}, static_cast<double>(times.sum_us) / 1e6);
+    out.Add("_count", {{"bus", bus.name}}, times.total);
+  }
+}
+
+void AddBuses(Exposition& out, const MachineView& machine, MonoNs now) {
+  out.Family("axlecast_bus_info", Type::kGauge, "What a bus is; always 1.");
+  for (const BusView& bus : machine.buses()) {
+    const bus_health_t* health = ReportOf(bus);
+    if (health == nullptr) continue;
+    out.Add({{"bus", bus.name}, {"family", health->family}, {"port", health->port}}, std::int64_t{1});
+  }
+  out.Family("axlecast_bus_state", Type::kGauge,
+             "1 for the state the bus is in, else 0; silent: its driver does not report.");
+  for (const BusView& bus : machine.buses()) {
+    if (bus.listed) AddState(out, "bus", bus.name, kBusStates, bus.State(now));
+  }
+  AddReported(out, "bus", machine.buses(), kBusCounters);
+  AddErrors(out, "axlecast_bus_errors_total",
+            "What failed, by kind: readings of its devices, damaged characters (framing), losses of the line (io).",
+            "bus", machine.buses());
+  AddRates(out, machine, now);
+  AddTimes(out, machine);
+}
+
+// ---- alarms, recorders, commands, messages ----
 
 // recorder_health_t STATE_*, and for a recorder that ended or does not report.
 constexpr std::array<std::string_view, 7> kRecorderStates = {"recording", "pre_trigger", "disk_full", "error",
@@ -60,12 +324,21 @@ void AddAlarms(Exposition& out, const Monitor& monitor) {
   });
 }
 
-template <typename Value>
-void EachRecorder(Exposition& out, const Monitor& monitor, Value value) {
-  for (const RecorderView& recorder : monitor.recorders()) {
-    if (recorder.listed && recorder.health) out.Add({{"recorder", recorder.name}}, value(*recorder.health));
-  }
-}
+constexpr ReportedNumber<recorder_health_t> kRecorderNumbers[] = {
+    {"axlecast_recorder_messages_total", Type::kCounter, "Messages recorded since the recorder started.",
+     [](const recorder_health_t& health) { return health.messages; }},
+    {"axlecast_recorder_written_bytes_total", Type::kCounter, "Bytes written since the recorder started.",
+     [](const recorder_health_t& health) { return health.total_bytes; }},
+    {"axlecast_recorder_lost_messages_total", Type::kCounter,
+     "Messages that are missing from the log, over all senders.",
+     [](const recorder_health_t& health) { return health.lost; }},
+    {"axlecast_recorder_kernel_dropped_datagrams_total", Type::kCounter,
+     "Datagrams that the kernel dropped at the recorder's socket.",
+     [](const recorder_health_t& health) { return health.kernel_dropped; }},
+    {"axlecast_recorder_file_bytes", Type::kGauge, "Size of the file being written.",
+     [](const recorder_health_t& health) { return health.file_bytes; }},
+    {"axlecast_recorder_free_bytes", Type::kGauge, "Free space on the recorder's disk.",
+     [](const recorder_health_t& health) { return health.free_bytes; }}};
 
 void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   out.Family("axlecast_recorder_state", Type::kGauge,
@@ -73,22 +346,9 @@ void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   for (const RecorderView& recorder : monitor.recorders()) {
     if (!recorder.listed) continue;
     const auto state = recorder.Ended(now) ? kRecorderEnded : recorder.State(now);
-    AddStateSet(out, "recorder", recorder.name, kRecorderStates, state);
+    AddState(out, "recorder", recorder.name, kRecorderStates, state);
   }
-  out.Family("axlecast_recorder_messages_total", Type::kCounter, "Messages recorded since the recorder started.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.messages; });
-  out.Family("axlecast_recorder_written_bytes_total", Type::kCounter, "Bytes written since the recorder started.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.total_bytes; });
-  out.Family("axlecast_recorder_lost_messages_total", Type::kCounter,
-             "Messages that are missing from the log, over all senders.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.lost; });
-  out.Family("axlecast_recorder_kernel_dropped_datagrams_total", Type::kCounter,
-             "Datagrams that the kernel dropped at the recorder's socket.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.kernel_dropped; });
-  out.Family("axlecast_recorder_file_bytes", Type::kGauge, "Size of the file being written.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.file_bytes; });
-  out.Family("axlecast_recorder_free_bytes", Type::kGauge, "Free space on the recorder's disk.");
-  EachRecorder(out, monitor, [](const recorder_health_t& health) { return health.free_bytes; });
+  AddReported(out, "recorder", monitor.recorders(), kRecorderNumbers);
 }
 
 void AddCommands(Exposition& out, const Monitor& monitor) {
@@ -154,9 +414,9 @@ std::string MetricsText(const Monitor& monitor, MonoNs now, std::string_view ver
   out.Add({{"version", version}}, std::int64_t{1});
   out.Family("axlecast_machine_info", Type::kGauge, "The machine of the file; always 1.");
   out.Add({{"machine", monitor.machine().machine()}}, std::int64_t{1});
-  AddDeviceMetrics(out, monitor.machine(), now);
-  AddMotorMetrics(out, monitor.machine(), now);
-  AddBusMetrics(out, monitor.machine(), now);
+  AddDevices(out, monitor.machine(), now);
+  AddMotors(out, monitor.machine(), now);
+  AddBuses(out, monitor.machine(), now);
   AddAlarms(out, monitor);
   out.Family("axlecast_bridge_up", Type::kGauge, "1 while a bridge serves: commands can be given; else 0.");
   out.Add({}, std::int64_t{monitor.machine().bridge().Fresh(now)});

@@ -3,12 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cmath>
 #include <initializer_list>
 #include <sstream>
 #include <string>
 
-#include "tools/metrics/busy_machine.h"
+#include "tools/metrics/busy_machine_fixture.h"
 
 namespace axlecast {
 namespace {

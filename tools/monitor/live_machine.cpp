@@ -42,8 +42,8 @@ Result<> LiveMachine::Gather(MonoNs deadline, const std::function<bool(const Mac
 }
 
 MonoNs GatherTime(const MachineConfig& machine) {
-  const bool monitors = std::any_of(machine.buses.begin(), machine.buses.end(),
-                                    [](const BusConfig& bus) { return !bus.family->has_position; });
+  const bool monitors =
+      std::ranges::any_of(machine.buses, [](const BusConfig& bus) { return !bus.family->has_position; });
   return monitors ? 6 * kSecond : 2500 * kMillisecond;
 }
 

@@ -17,7 +17,7 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 const alarm_entry_t* FindEntry(const std::vector<alarm_entry_t>& entries, const alarm_entry_t& like) {
-  const auto found = std::find_if(entries.begin(), entries.end(), [&like](const alarm_entry_t& entry) {
+  const auto found = std::ranges::find_if(entries, [&like](const alarm_entry_t& entry) {
     return entry.code == like.code && entry.source == like.source;
   });
   return found == entries.end() ? nullptr : &*found;
@@ -31,8 +31,7 @@ bool SameState(const alarm_entry_t& one, const alarm_entry_t& other) {
 // `views` may be const.
 template <typename Views>
 auto* Find(Views& views, std::string_view name) {
-  const auto found =
-      std::find_if(views.begin(), views.end(), [name](const auto& view) { return view.name == name; });
+  const auto found = std::ranges::find_if(views, [name](const auto& view) { return view.name == name; });
   return found == views.end() ? nullptr : &*found;
 }
 
@@ -93,7 +92,7 @@ bool SameTrip(const trip_log_t& one, const trip_log_t& other) {
 
 bool OnTrip(DeviceView& device, const trip_log_t& trip) {
   const auto same = [&trip](const trip_log_t& known) { return SameTrip(known, trip); };
-  if (std::any_of(device.trips.begin(), device.trips.end(), same)) return false;
+  if (std::ranges::any_of(device.trips, same)) return false;
   if (device.trips.size() == DeviceView::kMaxTrips) device.trips.erase(device.trips.begin());
   device.trips.push_back(trip);
   return true;
@@ -104,8 +103,8 @@ std::string InBrackets(const std::string& reason) { return reason.empty() ? "" :
 void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& faults) {
   if (!device.info && device.readings.received() == 0) {
     faults.push_back(device.name + ": no message of its driver was received");
-  } else if (const auto state = device.State(now); state != device_info_t::STATE_ONLINE) {
-    faults.push_back(device.name + ": " + (state ? std::string(DeviceStateName(*state)) : "SILENT") +
+  } else if (!device.Online(now)) {
+    faults.push_back(device.name + ": " + device.StateText(now) +
                      InBrackets(device.info ? device.info->reason : ""));
   }
 }
@@ -113,9 +112,8 @@ void AddDevice(const DeviceView& device, MonoNs now, std::vector<std::string>& f
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
   if (!bus.health) {
     faults.push_back(bus.name + ": the bus never reported");
-  } else if (const auto state = bus.State(now); state != bus_health_t::STATE_UP) {
-    faults.push_back(bus.name + ": " + (state ? std::string(BusStateName(*state)) : "SILENT") +
-                     InBrackets(bus.health->last_error));
+  } else if (!bus.Up(now)) {
+    faults.push_back(bus.name + ": " + bus.StateText(now) + InBrackets(bus.health->last_error));
   }
 }
 
@@ -144,8 +142,8 @@ bool AlarmView::On(alarm_t message, MonoNs now) {
   return changed;
 }
 
-void AlarmView::Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry) {
-  changes_.push_back({utime, appeared, entry});
+void AlarmView::Keep(std::int64_t unix_us, bool appeared, const alarm_entry_t& entry) {
+  changes_.push_back({unix_us, appeared, entry});
   if (changes_.size() > kMaxChanges) changes_.pop_front();
 }
 
@@ -157,6 +155,11 @@ std::optional<std::int8_t> DeviceView::State(MonoNs now) const {
   }
   if (info && readings.received() > 0 && now - reading_at <= kStaleAfter) return info->state;
   return std::nullopt;
+}
+
+std::string DeviceView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(DeviceStateName(*state)) : "SILENT";
 }
 
 double DeviceView::Turns() const {
@@ -182,6 +185,11 @@ std::optional<std::int8_t> BusView::State(MonoNs now) const {
   if (const bus_health_t* fresh = FreshHealth(now)) return fresh->state;
   if (valid_at && now - *valid_at <= kStaleAfter) return bus_health_t::STATE_UP;
   return std::nullopt;
+}
+
+std::string BusView::StateText(MonoNs now) const {
+  const auto state = State(now);
+  return state ? std::string(BusStateName(*state)) : "SILENT";
 }
 
 MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
@@ -315,25 +323,24 @@ void MachineView::Tick(MonoNs now) {
 }
 
 std::size_t MachineView::online(MonoNs now) const {
-  return static_cast<std::size_t>(std::count_if(devices_.begin(), devices_.end(),
-                                                [now](const DeviceView& device) { return device.Online(now); }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(devices_, [now](const DeviceView& device) { return device.Online(now); }));
 }
 
 bool MachineView::AllOnline(MonoNs now) const {
   return online(now) == devices_.size() &&
-         std::all_of(buses_.begin(), buses_.end(), [now](const BusView& bus) { return bus.Up(now); });
+         std::ranges::all_of(buses_, [now](const BusView& bus) { return bus.Up(now); });
 }
 
 bool MachineView::AllReceived() const {
-  return std::all_of(devices_.begin(), devices_.end(),
-                     [](const DeviceView& device) { return device.Received(); }) &&
-         std::all_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+  return std::ranges::all_of(devices_, [](const DeviceView& device) { return device.Received(); }) &&
+         std::ranges::all_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
 bool MachineView::NothingReceived() const {
-  return std::none_of(devices_.begin(), devices_.end(),
-                      [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
-         std::none_of(buses_.begin(), buses_.end(), [](const BusView& bus) { return bus.health.has_value(); });
+  return std::ranges::none_of(
+             devices_, [](const DeviceView& device) { return device.info || device.readings.received() > 0; }) &&
+         std::ranges::none_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
 const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }

@@ -36,9 +36,9 @@ class AlarmView {
   static constexpr std::size_t kMaxSeen = 100;  // anybody can publish names
 
   struct Change {
-    std::int64_t utime = 0;  // of the message with the change
-    bool appeared = false;   // false: gone
-    alarm_entry_t entry;     // as last reported
+    std::int64_t unix_us = 0;  // of the message with the change
+    bool appeared = false;     // false: gone
+    alarm_entry_t entry;       // as last reported
   };
 
   // Takes a message. Returns true if the set of alarms or a state has changed.
@@ -52,7 +52,7 @@ class AlarmView {
   [[nodiscard]] const std::set<std::string>& seen() const { return seen_; }     // names, since the start
 
  private:
-  void Keep(std::int64_t utime, bool appeared, const alarm_entry_t& entry);
+  void Keep(std::int64_t unix_us, bool appeared, const alarm_entry_t& entry);
 
   std::vector<alarm_entry_t> entries_;
   std::size_t total_ = 0;
@@ -91,6 +91,7 @@ struct DeviceView {
   // from the readings: ONLINE while valid readings arrive (DEGRADED if that was the last state), else the last state.
   // Returns nothing if no readings arrive either.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;  // device_info_t STATE_*
+  [[nodiscard]] std::string StateText(MonoNs now) const;             // a word; SILENT without a state
   [[nodiscard]] bool Online(MonoNs now) const { return State(now) == device_info_t::STATE_ONLINE; }
   // Returns the turns of the shaft after direction and datum; NaN before the first valid position.
   [[nodiscard]] double Turns() const;
@@ -110,6 +111,7 @@ struct BusView {
 
   // Returns bus_health_t STATE_*, reported once per second. Without that message, UP while valid readings arrive.
   [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
+  [[nodiscard]] std::string StateText(MonoNs now) const;  // a word; SILENT without a state
   // Returns the newest BUS message, or null if none was received in the last kStaleAfter.
   [[nodiscard]] const bus_health_t* FreshHealth(MonoNs now) const;
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }

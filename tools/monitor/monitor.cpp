@@ -84,8 +84,8 @@ MonitorUpdate Monitor::Take(std::string_view channel, Bytes message, MonoNs now)
 }
 
 RecorderView* Monitor::RecorderOf(std::string_view name) {
-  const auto known = std::find_if(recorders_.begin(), recorders_.end(),
-                                  [name](const RecorderView& recorder) { return recorder.name == name; });
+  const auto known =
+      std::ranges::find_if(recorders_, [name](const RecorderView& recorder) { return recorder.name == name; });
   if (known != recorders_.end()) return &*known;
   if (!IsName(name) || !HasRoomForRecorder(name)) return nullptr;
   RecorderView& recorder = recorders_.emplace_back();
@@ -96,8 +96,8 @@ RecorderView* Monitor::RecorderOf(std::string_view name) {
 
 bool Monitor::HasRoomForRecorder(std::string_view name) const {
   if (listed_recorders_.contains(name)) return true;
-  const auto others = std::count_if(recorders_.begin(), recorders_.end(),
-                                    [](const RecorderView& recorder) { return !recorder.listed; });
+  const auto others =
+      std::ranges::count_if(recorders_, [](const RecorderView& recorder) { return !recorder.listed; });
   return static_cast<std::size_t>(others) < kMaxRecorders;
 }
 

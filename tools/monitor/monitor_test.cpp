@@ -98,7 +98,7 @@ TEST_F(MonitorTest, RemembersWhenAlarmsCameAndWent) {
   EXPECT_TRUE(Hear("ALARM/axis1", AlarmMessage(30, {Entry(2, "over_speed")})).changed);
   std::vector<std::string> changes;
   for (const AlarmView::Change& change : device().alarms.changes()) {
-    changes.push_back(std::to_string(change.utime) + (change.appeared ? " + " : " - ") + change.entry.name);
+    changes.push_back(std::to_string(change.unix_us) + (change.appeared ? " + " : " - ") + change.entry.name);
   }
   EXPECT_THAT(changes, ElementsAre("10 + battery_alarm", "30 + over_speed", "30 - battery_alarm"));
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/messages/json/field.h"
 
@@ -11,12 +12,13 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-enum class Trips : std::uint8_t { kAbove, kBelow };
+TripMargin Above(std::int32_t status_bit, std::string_view name, std::string_view unit, double measured,
+                 double limit) {
+  return {status_bit, name, unit, measured, limit, limit > 0 ? limit - measured : kUnknown};
+}
 
-TripMargin Margin(std::int32_t status_bit, std::string_view name, std::string_view unit, double measured,
-                  double limit, Trips trips) {
-  const double left = trips == Trips::kAbove ? limit - measured : measured - limit;
-  return {status_bit, name, unit, measured, limit, limit > 0 ? left : kUnknown};
+TripMargin Below(std::int32_t status_bit, std::string_view name, double measured, double limit) {
+  return {status_bit, name, "W", measured, limit, limit > 0 ? measured - limit : kUnknown};
 }
 
 // NaN if one axis is not known: another may be the largest.
@@ -36,19 +38,16 @@ std::array<TripMargin, 6> TripMargins(const motor_health_t& motor, const motor_l
   const double power = known ? static_cast<double>(motor.power_w) : kUnknown;
   const double temperature = known ? static_cast<double>(motor.temperature_c) : kUnknown;
   const double shock = known ? LargestAxis(motor) : kUnknown;
-  const auto number = [](float limit) { return static_cast<double>(limit); };
-  return {Margin(motor_health_t::STATUS_POWER_UPPER_A, "power_upper_a", "W", power, number(limits.power_upper_w[0]),
-                 Trips::kAbove),
-          Margin(motor_health_t::STATUS_POWER_UPPER_B, "power_upper_b", "W", power, number(limits.power_upper_w[1]),
-                 Trips::kAbove),
-          Margin(motor_health_t::STATUS_POWER_LOWER_A, "power_lower_a", "W", power, number(limits.power_lower_w[0]),
-                 Trips::kBelow),
-          Margin(motor_health_t::STATUS_POWER_LOWER_B, "power_lower_b", "W", power, number(limits.power_lower_w[1]),
-                 Trips::kBelow),
-          Margin(motor_health_t::STATUS_OVERHEAT, "overheat", "°C", temperature, number(limits.overheat_c),
-                 Trips::kAbove),
-          Margin(motor_health_t::STATUS_EXCESSIVE_SHOCK, "excessive_shock", "m/s²", shock,
-                 number(limits.shock_mps2), Trips::kAbove)};
+  using M = motor_health_t;
+  const auto [upper_a, upper_b] = std::pair<double, double>(limits.power_upper_w[0], limits.power_upper_w[1]);
+  const auto [lower_a, lower_b] = std::pair<double, double>(limits.power_lower_w[0], limits.power_lower_w[1]);
+  return {
+      Above(M::STATUS_POWER_UPPER_A, "power_upper_a", "W", power, upper_a),
+      Above(M::STATUS_POWER_UPPER_B, "power_upper_b", "W", power, upper_b),
+      Below(M::STATUS_POWER_LOWER_A, "power_lower_a", power, lower_a),
+      Below(M::STATUS_POWER_LOWER_B, "power_lower_b", power, lower_b),
+      Above(M::STATUS_OVERHEAT, "overheat", "°C", temperature, static_cast<double>(limits.overheat_c)),
+      Above(M::STATUS_EXCESSIVE_SHOCK, "excessive_shock", "m/s²", shock, static_cast<double>(limits.shock_mps2))};
 }
 
 nlohmann::ordered_json MarginsJson(std::span<const TripMargin> margins) {

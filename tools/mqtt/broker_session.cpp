@@ -40,7 +40,7 @@ void BrokerSession::On(const BrokerEvent& event, MonoNs now) {
       state_ = State::kConnected;
       connected_at_ = now;
       next_status_ = now;
-      Tell(true, now);
+      SetConnected(true, now);
       return;
     case BrokerEvent::Kind::kDown:
       OnDown(event.text, now, event.fault);
@@ -68,7 +68,7 @@ void BrokerSession::OnRefused(const Sent& sent, const std::string& text) {
 void BrokerSession::OnDown(const std::string& text, MonoNs now, bool fault) {
   if (state_ == State::kEnded) return;
   const bool was_connected = state_ == State::kConnected || state_ == State::kLeaving;
-  // A broker that breaks the protocol would break it over any message: none of them is to blame, and none is given up.
+  // If the broker breaks the protocol, no message is the cause, and no message is refused.
   if (was_connected && !fault) SuspectOldest();
   if (was_connected && now - connected_at_ >= kStable) pause_ = kFirstPause;
   sent_.clear();
@@ -79,13 +79,13 @@ void BrokerSession::OnDown(const std::string& text, MonoNs now, bool fault) {
     status_.problem = refusal_.empty() ? text : text + "; before, " + refusal_;
   }
   refusal_.clear();
-  if (was_connected) Tell(false, now);
+  if (was_connected) SetConnected(false, now);
   state_ = end_ == kNever ? State::kWaiting : State::kEnded;
   deadline_ = now + pause_;
   pause_ = std::min(2 * pause_, kLongestPause);
 }
 
-// A message over which the broker ends each connection must not keep all others back.
+// Detects a message at which the broker ends each connection, so that it does not block all others.
 void BrokerSession::SuspectOldest() {
   std::int64_t oldest = -1;
   for (const auto& [number, sent] : sent_) {
@@ -102,7 +102,8 @@ void BrokerSession::SendOwn(std::string payload, MonoNs now) {
   sent_[link_.Send({own_.topic, std::move(payload), true})] = {kOwn, now};
 }
 
-// One alone while there is a suspect: of a connection that a broker closes with bytes unread its answer is lost.
+// While a message is suspect, only one message is sent at a time: if a broker closes a connection with unread bytes, its
+// answer is lost.
 bool BrokerSession::HasRoom() const {
   if (suspect_ < 0) return sent_.size() < kWindow;
   return std::all_of(sent_.begin(), sent_.end(), [](const auto& sent) { return sent.second.id == kOwn; });
@@ -124,11 +125,11 @@ void BrokerSession::Leave(MonoNs now) {
 
 void BrokerSession::CheckAnswers(MonoNs now) {
   if (state_ == State::kConnecting && now >= deadline_) {
-    OnDown("the broker does not answer: is it MQTT that listens there, with or without TLS as configured?", now);
+    OnDown("the broker does not answer: is it an MQTT broker, with or without TLS as configured?", now);
   } else if (state_ == State::kConnected && std::any_of(sent_.begin(), sent_.end(), [now](const auto& sent) {
                return now - sent.second.at >= kConfirmation;
              })) {
-    OnDown("the broker does not confirm what it is sent", now);
+    OnDown("the broker does not confirm messages", now);
   }
 }
 
@@ -155,7 +156,7 @@ MonoNs BrokerSession::NextStep() const {
   return next;
 }
 
-void BrokerSession::Tell(bool connected, MonoNs now) {
+void BrokerSession::SetConnected(bool connected, MonoNs now) {
   const std::scoped_lock lock(mutex_);
   status_.connected = connected;
   status_.since = now;

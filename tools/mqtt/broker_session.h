@@ -73,7 +73,7 @@ class BrokerSession {
   void CheckAnswers(MonoNs now);
   void SuspectOldest();
   [[nodiscard]] MonoNs NextStep() const;
-  void Tell(bool connected, MonoNs now);
+  void SetConnected(bool connected, MonoNs now);
 
   BrokerLink& link_;
   Outbox& outbox_;
@@ -85,9 +85,9 @@ class BrokerSession {
   MonoNs next_status_ = 0;
   MonoNs end_ = kNever;
   std::map<int, Sent> sent_;   // by the link's number
-  std::int64_t suspect_ = -1;  // the oldest on its way when a connection ended
-  std::string refusal_;        // of this connection, the newest
-  int tries_ = 0;              // connections that ended so, one after the other
+  std::int64_t suspect_ = -1;  // the oldest unconfirmed message when a connection ended
+  std::string refusal_;        // the newest of this connection
+  int tries_ = 0;              // consecutive connections that ended with it unconfirmed
   mutable std::mutex mutex_;
   BrokerStatus status_;
 };

@@ -5,7 +5,7 @@
 namespace axlecast {
 namespace {
 
-// Appends fields to a body. Numbers are of 32 bits, texts a size and their bytes.
+// Appends fields to a body. A number has 32 bits; a text is its size and its bytes.
 class Writer {
  public:
   void operator()(std::uint32_t number) { body_.append(reinterpret_cast<const char*>(&number), sizeof number); }
@@ -20,7 +20,7 @@ class Writer {
     (*this)(static_cast<std::uint32_t>(kind));
   }
 
-  // The body behind its size.
+  // Returns the size and the body.
   [[nodiscard]] std::string Frame() const {
     Writer frame;
     frame(body_);
@@ -31,7 +31,7 @@ class Writer {
   std::string body_;
 };
 
-// Takes the fields out of a body again. After the first that is cut or out of range all are left as they are.
+// Reads the fields of a body. After a field that is incomplete or out of range, all further fields stay unchanged.
 class Reader {
  public:
   explicit Reader(std::string_view body) : rest_(body) {}
@@ -71,7 +71,7 @@ class Reader {
   bool good_ = true;
 };
 
-// What follows names each field once, for both directions: `take` is a Writer or a Reader.
+// The following functions list each field once, for both directions: `take` is a Writer or a Reader.
 
 template <typename Taker, typename Settings>
 void VisitSettings(Taker& take, Settings& settings) {
@@ -91,15 +91,15 @@ void VisitSettings(Taker& take, Settings& settings) {
   take(settings.attempts);
 }
 
-template <typename Taker, typename Order>
-void VisitOrder(Taker& take, Order& order) {
-  take.Choice(order.kind, LinkOrder::Kind::kDisconnect);
-  if (order.kind == LinkOrder::Kind::kConnect) VisitSettings(take, order.settings);
-  if (order.kind == LinkOrder::Kind::kDisconnect) return;
-  take(order.id);
-  take(order.message.topic);
-  take(order.message.payload);
-  take(order.message.retain);
+template <typename Taker, typename Command>
+void VisitCommand(Taker& take, Command& command) {
+  take.Choice(command.kind, LinkCommand::Kind::kDisconnect);
+  if (command.kind == LinkCommand::Kind::kConnect) VisitSettings(take, command.settings);
+  if (command.kind == LinkCommand::Kind::kDisconnect) return;
+  take(command.id);
+  take(command.message.topic);
+  take(command.message.payload);
+  take(command.message.retain);
 }
 
 template <typename Taker, typename Event>
@@ -112,17 +112,17 @@ void VisitEvent(Taker& take, Event& event) {
 
 }  // namespace
 
-std::string EncodeOrder(const LinkOrder& order) {
+std::string EncodeCommand(const LinkCommand& command) {
   Writer writer;
-  VisitOrder(writer, order);
+  VisitCommand(writer, command);
   return writer.Frame();
 }
 
-std::optional<LinkOrder> DecodeOrder(std::string_view body) {
+std::optional<LinkCommand> DecodeCommand(std::string_view body) {
   Reader reader(body);
-  LinkOrder order;
-  VisitOrder(reader, order);
-  return reader.AtGoodEnd() ? std::optional(order) : std::nullopt;
+  LinkCommand command;
+  VisitCommand(reader, command);
+  return reader.AtGoodEnd() ? std::optional(command) : std::nullopt;
 }
 
 std::string EncodeEvent(const BrokerEvent& event) {
@@ -142,7 +142,7 @@ std::optional<std::string> FrameBuffer::Next() {
   std::uint32_t size = 0;
   if (bad_ || bytes_.size() < sizeof size) return std::nullopt;
   std::memcpy(&size, bytes_.data(), sizeof size);
-  bad_ = size > longest_;
+  bad_ = size > maximum_;
   if (bad_ || bytes_.size() - sizeof size < size) return std::nullopt;
   std::string body = bytes_.substr(sizeof size, size);
   bytes_.erase(0, sizeof size + size);

@@ -14,30 +14,30 @@ std::string BodyOf(const std::string& stream) {
   return buffer.Next().value_or("");
 }
 
-LinkOrder Connect() {
-  LinkOrder order{.kind = LinkOrder::Kind::kConnect, .message = {"a/status", "gone", true}};
-  order.settings = {.host = "broker.example",
-                    .port = 8883,
-                    .version_5 = false,
-                    .client_id = "id",
-                    .user = "press3",
-                    .password = {.file = "/p", .credential = "c", .group_may_read = true},
-                    .tls = true,
-                    .ca = "/ca",
-                    .certificate = "/cert",
-                    .key = "/key",
-                    .keep_alive_s = 7,
-                    .attempts = 3};
-  return order;
+LinkCommand Connect() {
+  LinkCommand command{.kind = LinkCommand::Kind::kConnect, .message = {"a/status", "gone", true}};
+  command.settings = {.host = "broker.example",
+                      .port = 8883,
+                      .version_5 = false,
+                      .client_id = "id",
+                      .user = "press3",
+                      .password = {.file = "/p", .credential = "c", .group_may_read = true},
+                      .tls = true,
+                      .ca = "/ca",
+                      .certificate = "/cert",
+                      .key = "/key",
+                      .keep_alive_s = 7,
+                      .attempts = 3};
+  return command;
 }
 
 TEST(LinkFramesTest, AnOrderToConnectCarriesEverySetting) {
-  const auto order = DecodeOrder(BodyOf(EncodeOrder(Connect())));
-  ASSERT_TRUE(order);
-  EXPECT_EQ(order->kind, LinkOrder::Kind::kConnect);
-  EXPECT_EQ(order->message.topic, "a/status");
-  EXPECT_TRUE(order->message.retain);
-  const MqttLinkSettings& settings = order->settings;
+  const auto command = DecodeCommand(BodyOf(EncodeCommand(Connect())));
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->kind, LinkCommand::Kind::kConnect);
+  EXPECT_EQ(command->message.topic, "a/status");
+  EXPECT_TRUE(command->message.retain);
+  const MqttLinkSettings& settings = command->settings;
   EXPECT_EQ(settings.host, "broker.example");
   EXPECT_EQ(settings.port, 8883);
   EXPECT_FALSE(settings.version_5);
@@ -54,11 +54,11 @@ TEST(LinkFramesTest, AnOrderToConnectCarriesEverySetting) {
 
 TEST(LinkFramesTest, MessagesAndEventsComeThroughWhateverBytesTheyHold) {
   const std::string bytes("a\0\xff\n", 4);
-  const auto order =
-      DecodeOrder(BodyOf(EncodeOrder({.kind = LinkOrder::Kind::kSend, .message = {"t", bytes, false}, .id = 41})));
-  ASSERT_TRUE(order);
-  EXPECT_EQ(order->id, 41);
-  EXPECT_EQ(order->message.payload, bytes);
+  const auto command = DecodeCommand(
+      BodyOf(EncodeCommand({.kind = LinkCommand::Kind::kSend, .message = {"t", bytes, false}, .id = 41})));
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->id, 41);
+  EXPECT_EQ(command->message.payload, bytes);
   for (const auto kind : {BrokerEvent::Kind::kConnected, BrokerEvent::Kind::kTaken, BrokerEvent::Kind::kRefused,
                           BrokerEvent::Kind::kDown}) {
     const auto event = DecodeEvent(BodyOf(EncodeEvent({kind, -3, bytes, true})));
@@ -83,10 +83,10 @@ TEST(LinkFramesTest, FramesComeInPiecesAndSeveralAtOnce) {
 }
 
 TEST(LinkFramesTest, WhatIsCutOrTooLongOrOfNoKindIsRefused) {
-  const std::string body = BodyOf(EncodeOrder(Connect()));
-  for (std::size_t size = 0; size < body.size(); ++size) EXPECT_FALSE(DecodeOrder(body.substr(0, size))) << size;
-  EXPECT_FALSE(DecodeOrder(body + "x"));
-  EXPECT_FALSE(DecodeOrder(std::string(4, '\x7f')));
+  const std::string body = BodyOf(EncodeCommand(Connect()));
+  for (std::size_t size = 0; size < body.size(); ++size) EXPECT_FALSE(DecodeCommand(body.substr(0, size))) << size;
+  EXPECT_FALSE(DecodeCommand(body + "x"));
+  EXPECT_FALSE(DecodeCommand(std::string(4, '\x7f')));
   const std::string event = BodyOf(EncodeEvent({BrokerEvent::Kind::kDown, 0, "why"}));
   for (std::size_t size = 0; size < event.size(); ++size) EXPECT_FALSE(DecodeEvent(event.substr(0, size))) << size;
   FrameBuffer buffer(kLongest);

@@ -15,7 +15,7 @@
 #include <cstring>
 #include <utility>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
 #include "tools/mqtt/topics.h"
@@ -72,8 +72,7 @@ ChangeKey Of(const command_status_t& m) {
 template <typename Message>
 std::optional<ChangeKey> Decoded(Bytes bytes) {
   const std::optional<Message> message = DecodeMessage<Message>(bytes);
-  if (!message) return std::nullopt;
-  return Of(*message);
+  return message ? std::optional(Of(*message)) : std::nullopt;
 }
 
 constexpr std::size_t kEventsKnown = 256;  // of each device; events are repeated for a while
@@ -81,15 +80,20 @@ constexpr std::size_t kEventsKnown = 256;  // of each device; events are repeate
 }  // namespace
 
 std::optional<ChangeKey> ChangeKeyOf(std::string_view type, Bytes message) {
-  if (type == "position_t") return Decoded<position_t>(message);
-  if (type == "motor_health_t") return Decoded<motor_health_t>(message);
-  if (type == "motor_limits_t") return Decoded<motor_limits_t>(message);
-  if (type == "alarm_t") return Decoded<alarm_t>(message);
-  if (type == "device_info_t") return Decoded<device_info_t>(message);
-  if (type == "bus_health_t") return Decoded<bus_health_t>(message);
-  if (type == "recorder_health_t") return Decoded<recorder_health_t>(message);
-  if (type == "trip_log_t") return Decoded<trip_log_t>(message);
-  if (type == "command_status_t") return Decoded<command_status_t>(message);
+  using Decode = std::optional<ChangeKey> (*)(Bytes);
+  static constexpr std::pair<std::string_view, Decode> kTypes[] = {
+      {"position_t", &Decoded<position_t>},
+      {"motor_health_t", &Decoded<motor_health_t>},
+      {"motor_limits_t", &Decoded<motor_limits_t>},
+      {"alarm_t", &Decoded<alarm_t>},
+      {"device_info_t", &Decoded<device_info_t>},
+      {"bus_health_t", &Decoded<bus_health_t>},
+      {"trip_log_t", &Decoded<trip_log_t>},
+      {"recorder_health_t", &Decoded<recorder_health_t>},
+      {"command_status_t", &Decoded<command_status_t>}};
+  for (const auto& [name, decode] : kTypes) {
+    if (name == type) return decode(message);
+  }
   return std::nullopt;
 }
 

@@ -10,12 +10,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <limits>
 #include <regex>
 #include <vector>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/messages/message.h"
 #include "tools/mqtt/topics.h"
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
@@ -32,36 +33,20 @@ struct MqttStatus {
 // Returns a line for the log: "connected, 1234 messages delivered, 17 wait; 3 samples shed".
 [[nodiscard]] std::string MqttStatusLine(const MqttStatus& status);
 
-// Alarms of axlecast mqtt: docs/alarms.md. Codes never change.
-namespace mqtt_alarms {
-
-inline constexpr std::uint8_t kMqtt = alarm_entry_t::SOURCE_MQTT;
-
-inline constexpr AlarmSpec kBrokerAway = {
-    500, kMqtt, alarm_entry_t::SEVERITY_WARNING, "broker_away",
-    "No connection to the MQTT broker: see the log of axlecast mqtt for the cause."};
-inline constexpr AlarmSpec kMessagesShed = {
-    501, kMqtt, alarm_entry_t::SEVERITY_WARNING, "mqtt_messages_shed",
-    "What waits for the broker exceeds mqtt.queue: the oldest positions are shed."};
-inline constexpr AlarmSpec kMessagesRefused = {502, kMqtt, alarm_entry_t::SEVERITY_WARNING, "mqtt_refused",
-                                               "The broker refuses messages: check its access list and limits."};
-
-}  // namespace mqtt_alarms
-
 // Makes the messages on ALARM/mqtt/<machine>.
 class MqttAlarms {
  public:
   static constexpr MonoNs kAway = 10 * kSecond;  // a restart of the broker raises no alarm
 
   // `name`: MqttAlarmName; `start`: since when the broker could be there.
-  MqttAlarms(std::string name, std::int64_t boot_id, MonoNs start);
+  MqttAlarms(std::string name, std::int64_t boot_id, MonoNs start)
+      : alarms_(std::move(name), boot_id), start_(start) {}
 
   // `utime`: us, UNIX time of `now`. The message is valid until the next call.
   [[nodiscard]] const alarm_t& Make(const MqttStatus& status, MonoNs now, std::int64_t utime);
 
  private:
-  AlarmTable book_;
-  alarm_t message_{};
+  ProgramAlarms alarms_;
   MonoNs start_;
   std::int64_t shed_before_ = 0;
   std::int64_t refused_before_ = 0;

@@ -4,16 +4,16 @@
 #include <array>
 #include <vector>
 
-#include "core/base/spelling.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/message.h"
 #include "tools/mqtt/mqtt_status.h"
 
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMaxRecorders = 32;  // whose names are no part of the machine's file
-constexpr MonoNs kAtOnce = 100 * kMillisecond;
-constexpr MonoNs kAnyway = 60 * kSecond;  // a state that has not changed: its counters have
+constexpr std::size_t kMaxRecorders = 32;  // their names are not in the machine's file
+constexpr MonoNs kMinInterval = 100 * kMillisecond;
+constexpr MonoNs kMaxInterval = 60 * kSecond;  // of a state without a change, because its counters change
 
 struct Kind {
   std::string_view channel;
@@ -38,52 +38,34 @@ constexpr std::string_view kRecorderLevel = "recorder/";
 
 using Json = nlohmann::ordered_json;
 
-template <typename Message>
-std::vector<std::uint8_t> Encoded() {
-  const Message message{};
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-Json SchemaOf(const Json& value) {
-  if (value.is_string()) return {{"type", "string"}};
-  return {{"type", "integer"}};
-}
-
-void Require(Json& schema, const std::string& key, const Json& of) {
-  schema["properties"][key] = of;
-  schema["required"].push_back(key);
-}
-
-void Drop(Json& schema, const std::string& key) {
-  schema["properties"].erase(key);
-  Json& required = schema["required"];
-  required.erase(std::remove(required.begin(), required.end(), Json(key)), required.end());
-}
-
-// The type's own schema without what MqttPayload leaves out, and with the number of the publication.
+// Returns the schema of the type without the members that MqttPayload omits, and with the number of the publication.
 template <typename Message>
 Json Published() {
-  const std::vector<std::uint8_t> bytes = Encoded<Message>();
+  const std::vector<std::uint8_t> bytes = Encoded(Message{});
   const MessageType& type = *FindMessageType(bytes);
   Json schema = Json::parse(type.schema);
   const Json payload = *MqttPayload(type.name, bytes);
+  Json& required = schema["required"];
   std::string name;
   const Json message = *DecodeToJson(bytes, &name);
   for (const auto& [key, value] : message.items()) {
-    if (!payload.contains(key)) Drop(schema, key);
+    if (payload.contains(key)) continue;
+    schema["properties"].erase(key);
+    required.erase(std::remove(required.begin(), required.end(), Json(key)), required.end());
   }
-  Require(schema, "publication", {{"type", "integer"}, {"minimum", 0}});
+  schema["properties"]["publication"] = {{"type", "integer"}, {"minimum", 0}};
+  required.push_back("publication");
   schema["additionalProperties"] = false;
   return schema;
 }
 
-// The last will holds state and boot_id only.
+// The last will contains only state and boot_id.
 Json Status() {
   Json schema = {{"title", "status"}, {"type", "object"}, {"properties", Json::object()}};
   const Json status = MqttStatusJson("online", 0, 0, {});
-  for (const auto& [key, value] : status.items()) schema["properties"][key] = SchemaOf(value);
+  for (const auto& [key, value] : status.items()) {
+    schema["properties"][key] = {{"type", value.is_string() ? "string" : "integer"}};
+  }
   schema["properties"]["state"] = {{"enum", {"online", "offline", "ended"}}};
   schema["required"] = {"state", "boot_id"};
   schema["additionalProperties"] = false;
@@ -126,7 +108,8 @@ std::optional<MqttTopic> TopicMap::Find(std::string_view channel) {
     }
     if (!known) return std::nullopt;
     MqttTopic topic{base_ + std::string(kind.level) + name, kind.type, kind.keeping, kind.retain, {}};
-    topic.pace = kind.keeping == RetentionClass::kSamples ? device->second : PositionPace{kAtOnce, 0, kAnyway};
+    topic.pace =
+        kind.keeping == RetentionClass::kSamples ? device->second : PositionPace{kMinInterval, 0, kMaxInterval};
     if (kind.keeping == RetentionClass::kEvents) topic.pace = {};
     return topic;
   }
@@ -141,7 +124,7 @@ std::optional<MqttTopic> TopicMap::CommandTopic(std::string_view device) const {
 
 bool TopicMap::IsRecorder(const std::string& name) {
   if (recorders_.contains(name)) return true;
-  // As `axlecast record --name` allows it.
+  // The rule of `axlecast record --name`.
   const bool good = !name.empty() && name.size() <= 24 &&
                     name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
                         std::string::npos;

@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>

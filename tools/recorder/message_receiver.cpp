@@ -85,10 +85,10 @@ MessageReceiver::MessageReceiver(ChannelFilter filter, MessageQueue& queue, cons
     : filter_(std::move(filter)), queue_(queue), clock_(clock) {}
 
 Result<> MessageReceiver::Listen(const std::string& url) {
-  const LcmUrl parsed = ParseLcmUrl(url);
-  if (IsOtherProvider(url) || parsed.in_process) return ListenByLcm(url);
+  const auto parsed = ParseLcmUrl(url);
+  if (IsOtherProvider(url) || (parsed && parsed->in_process)) return ListenByLcm(url);
   if (Result<> multicast = CheckMulticast(url); !multicast) return multicast;
-  Source& source = sources_.emplace_back(Source{MulticastPort(parsed), UdpmReceiver(), 0});
+  Source& source = sources_.emplace_back(Source{MulticastPort(*parsed), UdpmReceiver(), 0});
   if (!source.port.warning().empty()) warnings_.push_back(url + ": " + source.port.warning());
   if (!source.port.problem().empty()) return Failure(url + ": " + source.port.problem());
   return {};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
 
 namespace axlecast {
@@ -75,29 +76,15 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   return health;
 }
 
-RecordingAlarms::RecordingAlarms(const std::string& name, std::int64_t boot_id) {
-  message_.boot_id = boot_id;
-  message_.seq = -1;
-  message_.device = "recorder/" + name;
-}
-
 const alarm_t& RecordingAlarms::Make(const RecordingStatus& status, MonoNs now, std::int64_t utime) {
   using namespace recording_alarms;
-  const auto set = [&](const AlarmSpec& alarm, bool present, bool latched) {
-    const AlarmState gone = latched ? AlarmState::kDriverLatched : AlarmState::kAbsent;
-    table_.Set(alarm, present ? AlarmState::kLive : gone, utime);
-  };
   // A datagram that the kernel dropped counts as lost, even if its gap is detected later.
   const std::int64_t missing = std::max(status.Lost(), status.receiver.kernel_dropped);
-  set(kDiskFull, status.disk.state == DiskState::kFull, false);
-  set(kDiskFails, status.disk.state == DiskState::kFailed, status.disk.damaged);
-  set(kMessagesLost, missing > missing_before_, missing > 0);
+  alarms_.Set(kDiskFull, status.disk.state == DiskState::kFull, utime);
+  alarms_.Set(kDiskFails, status.disk.state == DiskState::kFailed, utime, status.disk.damaged);
+  alarms_.Set(kMessagesLost, missing > missing_before_, utime, missing > 0);
   missing_before_ = missing;
-  message_.utime = utime;
-  message_.mono_ns = now;
-  table_.Write(message_, utime);
-  ++message_.seq;
-  return message_;
+  return alarms_.Make({now, utime});
 }
 
 }  // namespace axlecast

@@ -33,34 +33,16 @@ class RecordingHealth {
 // Returns, for example, "192.0.2.1:40123".
 [[nodiscard]] std::string SenderText(const SenderAddress& sender);
 
-// Alarms of a recorder: docs/alarms.md. A code must never change.
-namespace recording_alarms {
-
-inline constexpr std::uint8_t kRecorder = alarm_entry_t::SOURCE_RECORDER;
-
-inline constexpr AlarmSpec kDiskFull = {
-    400, kRecorder, alarm_entry_t::SEVERITY_ERROR, "disk_full",
-    "Free some space on the logs' disk now: what comes waits in memory, then is lost."};
-inline constexpr AlarmSpec kDiskFails = {
-    401, kRecorder, alarm_entry_t::SEVERITY_ERROR, "disk_fails",
-    "The log is not written, or not kept: see last_error of RECORDER; check the disk."};
-inline constexpr AlarmSpec kMessagesLost = {
-    402, kRecorder, alarm_entry_t::SEVERITY_WARNING, "messages_lost",
-    "Messages are missing in the log: RECORDER tells whose; raise net.core.rmem_max."};
-
-}  // namespace recording_alarms
-
 // Makes the message that a recorder publishes on ALARM/recorder/<name>.
 class RecordingAlarms {
  public:
-  RecordingAlarms(const std::string& name, std::int64_t boot_id);
+  RecordingAlarms(const std::string& name, std::int64_t boot_id) : alarms_("recorder/" + name, boot_id) {}
 
   // `utime`: us, UNIX time of `now`. The reference is valid until the next call.
   [[nodiscard]] const alarm_t& Make(const RecordingStatus& status, MonoNs now, std::int64_t utime);
 
  private:
-  AlarmTable table_;
-  alarm_t message_{};
+  ProgramAlarms alarms_;
   std::int64_t missing_before_ = 0;
 };
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "core/config/load_sections.h"
+#include "core/config/load.h"
 #include "drivers/hal/line_guard.h"
 
 namespace axlecast {

@@ -16,11 +16,11 @@ struct ScanPlace {
   bool echo = false;  // the adapter receives its own transmission
 };
 
-// Formats the settings of the line: "19200 baud 8N1", "1.0 MHz". The text is empty for a trial that sets nothing.
+// Formats the settings of the line: "19200 baud 8N1", "1.0 MHz". A trial that sets nothing has no text.
 [[nodiscard]] std::string LineText(const ProbeTrial& trial, ScanLineKind kind);
 
-// Formats a machine's file with the device of the highest confidence and the other devices on its bus. The text is empty if no
-// device can be configured.
+// Formats a machine's file with the device of the highest confidence and the other devices on its bus. Returns no text without
+// a device that can be configured.
 [[nodiscard]] std::string ScanYaml(const ScanPlace& place, const ScanReport& report);
 
 // Formats the hits and notes for the operator, without the file.

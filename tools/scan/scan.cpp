@@ -33,7 +33,7 @@ class ScanRun {
   ScanRun(ScanLine& line, const Clock& clock, std::vector<PlannedTrial> plan, const ScanHooks& hooks)
       : line_(line), clock_(clock), hooks_(hooks) {
     guard_.AddDevice();
-    const auto asking = std::find_if(plan.begin(), plan.end(), [](const auto& p) { return p.trial.asks; });
+    const auto asking = std::ranges::find_if(plan, [](const auto& p) { return p.trial.asks; });
     listening_.assign(std::make_move_iterator(plan.begin()), std::make_move_iterator(asking));
     asking_.assign(std::make_move_iterator(asking), std::make_move_iterator(plan.end()));
   }
@@ -90,7 +90,7 @@ class ScanRun {
     const auto settles = [](const FoundDevice& device) {
       return device.finding.confidence != Confidence::kPossible && !device.finding.keys.empty();
     };
-    const auto first = std::find_if(report_.found.begin(), report_.found.end(), settles);
+    const auto first = std::ranges::find_if(report_.found, settles);
     return first == report_.found.end() ||
            (first->family == planned.family && SameLine(first->trial, planned.trial));
   }
@@ -127,7 +127,7 @@ class ScanRun {
     return false;
   }
   void Note(std::string text) {
-    if (std::find(report_.notes.begin(), report_.notes.end(), text) == report_.notes.end()) {
+    if (std::ranges::find(report_.notes, text) == report_.notes.end()) {
       report_.notes.push_back(std::move(text));
     }
   }
@@ -152,7 +152,7 @@ std::vector<PlannedTrial> PlanScan(std::span<const FamilyProbe> probes, ScanLine
     if (KindOf(probe.family->link) != kind) continue;
     for (ProbeTrial& trial : probe.trials(scope)) plan.push_back({probe.family, std::move(trial)});
   }
-  std::stable_sort(plan.begin(), plan.end(), [](const PlannedTrial& a, const PlannedTrial& b) {
+  std::ranges::stable_sort(plan, [](const PlannedTrial& a, const PlannedTrial& b) {
     if (a.trial.asks != b.trial.asks) return b.trial.asks;
     return a.trial.asks && a.trial.longest < b.trial.longest;
   });

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "tools/service/html_page.h"
@@ -12,8 +13,8 @@ namespace axlecast {
 
 enum class Verdict : std::uint8_t {
   kGood,
-  kUnjudged,   // told, but nothing can be said of it here
-  kAttention,  // works, and should be looked at
+  kUnjudged,   // only reported: it cannot be evaluated here
+  kAttention,  // works, but should be checked
   kBad,
 };
 [[nodiscard]] std::string_view VerdictName(Verdict verdict);  // "good"
@@ -21,18 +22,22 @@ enum class Verdict : std::uint8_t {
 // One line of an acceptance report.
 struct AcceptanceResult {
   std::string what;   // "turnaround"
-  std::string value;  // what was seen
+  std::string value;  // what was observed
   Verdict verdict = Verdict::kUnjudged;
-  std::string advice;  // what to do; empty when there is nothing to do
+  std::string advice;  // what to do, or empty
 };
 
 struct FindingGroup {
   std::string title;
   std::vector<AcceptanceResult> findings;
+
+  void Add(std::string what, std::string value, Verdict verdict = Verdict::kUnjudged, std::string advice = "") {
+    findings.push_back({std::move(what), std::move(value), verdict, std::move(advice)});
+  }
 };
 using Findings = std::vector<FindingGroup>;
 
-[[nodiscard]] Verdict Worst(const Findings& findings);  // kGood when there is none
+[[nodiscard]] Verdict Worst(const Findings& findings);  // kGood without findings
 
 [[nodiscard]] std::string FindingsText(const Findings& findings);
 [[nodiscard]] nlohmann::ordered_json FindingsJson(const Findings& findings);

@@ -7,10 +7,10 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kMaxBuses = 64;         // a damaged log names no more
-constexpr std::size_t kMaxEntries = 24 * 92;  // three months of each
+constexpr std::size_t kMaxBuses = 64;         // limits the memory for a damaged log
+constexpr std::size_t kMaxEntries = 24 * 92;  // three months per bus
 
-// What has come since `before` in the same life of the driver.
+// Adds the increase since `before`, in the same run of the driver.
 void AddDifference(ErrorTrend::Entry& to, const ErrorTrend::Entry& before, const ErrorTrend::Entry& now) {
   const auto add = [](std::int64_t& sum, std::int64_t from, std::int64_t until) {
     sum = std::min(sum + Growth(from, until), kMaxCounts);
@@ -36,7 +36,7 @@ void ErrorTrend::OnBus(const bus_health_t& health) {
   now.reopens = health.reopens;
   std::copy(std::begin(health.errors), std::end(health.errors), now.errors.begin());
   now.p99_us = std::isfinite(health.exchange_us[2]) ? health.exchange_us[2] : 0;
-  if (bus.seq >= 0 && bus.boot_id == health.boot_id && health.seq <= bus.seq) return;  // told again, or late
+  if (bus.seq >= 0 && bus.boot_id == health.boot_id && health.seq <= bus.seq) return;  // repeated or late
   const bool same_life = bus.seq >= 0 && bus.boot_id == health.boot_id;
   const std::int64_t span = health.utime - health.utime % kSpan;
   if (bus.entries.size() >= kMaxEntries && !bus.entries.contains(span)) bus.entries.erase(bus.entries.begin());

@@ -11,17 +11,17 @@
 
 namespace axlecast {
 
-// A damaged message may say anything: no counter, and no sum of counters, is believed beyond this.
+// The maximum accepted value of a counter and of a sum: a damaged message may contain any value.
 inline constexpr std::int64_t kMaxCounts = std::int64_t{1} << 50;
 
-// How far a counter has risen; 0 where it has not.
+// Returns the increase of a counter; 0 if it has not increased.
 [[nodiscard]] constexpr std::int64_t Growth(std::int64_t before, std::int64_t now) {
-  const auto believed = [](std::int64_t counts) { return std::clamp<std::int64_t>(counts, 0, kMaxCounts); };
-  return std::max<std::int64_t>(believed(now) - believed(before), 0);
+  const auto clamped = [](std::int64_t counts) { return std::clamp<std::int64_t>(counts, 0, kMaxCounts); };
+  return std::max<std::int64_t>(clamped(now) - clamped(before), 0);
 }
 
-// Failed exchanges of each bus over time, from BUS messages: of a cable and its adapter the trend tells more than the
-// count. Counters begin anew with each start of a driver. Pure.
+// Failed exchanges of each bus over time, from BUS messages. For a cable and its adapter, the trend is more useful than the
+// count. Counters restart with each start of a driver. Does no I/O.
 class ErrorTrend {
  public:
   static constexpr std::int64_t kSpan = 3'600'000'000;  // us of one entry
@@ -38,10 +38,10 @@ class ErrorTrend {
   };
   struct Bus {
     std::string port;
-    std::map<std::int64_t, Entry> entries;  // by the beginning of their span, us UNIX
+    std::map<std::int64_t, Entry> entries;  // by the start of their span, us UNIX
     std::int64_t boot_id = 0;
     std::int64_t seq = -1;
-    Entry counted;  // as the newest message says
+    Entry counted;  // counters of the newest message
   };
   [[nodiscard]] const std::map<std::string, Bus>& buses() const { return buses_; }
 
@@ -49,7 +49,7 @@ class ErrorTrend {
   std::map<std::string, Bus> buses_;
 };
 
-// "timeout 3, checksum 1"; "none".
+// Formats the counters: "timeout 3, checksum 1", or "none".
 [[nodiscard]] std::string KindsText(const std::array<std::int64_t, kErrorKinds>& errors);
 
 }  // namespace axlecast

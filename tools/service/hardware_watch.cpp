@@ -1,12 +1,11 @@
 #include "tools/service/hardware_watch.h"
 
 #include <algorithm>
-#include <array>
 #include <axlecast/alarm_t.hpp>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include "core/base/text.h"
 #include "core/device/reading.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
@@ -16,24 +15,17 @@ namespace axlecast {
 namespace {
 
 constexpr double kStretch = 0.02;  // s
-constexpr double kGap = 1;         // s without a valid position, after which the motion is watched anew
-// Less is a shaft that stands, and says nothing about the axis.
+constexpr double kGap = 1;         // s without a valid position, after which the measurement restarts
+// Below this speed, the shaft is considered stationary, and no limit is proposed.
 constexpr double kMinMotionRpm = 10;
-// A limit of which more than this share was reached leaves too little margin.
+// If more than this share of a limit was reached, the margin is too small.
 constexpr double kNear = 0.8;
-
-template <typename... Values>
-std::string Print(const char* format, Values... values) {
-  std::array<char, 200> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), format, values...));
-  return text.data();
-}
 
 double Rpm(double rad_s) { return rad_s * 60 / (2 * std::numbers::pi); }
 
 constexpr double kBadShare = 1e-3;  // of failed readings
 
-std::string OrNone(const std::string& text) { return text.empty() ? "not told by the device" : text; }
+std::string OrNone(const std::string& text) { return text.empty() ? "not reported by the device" : text; }
 
 Verdict OfSeverity(std::int8_t severity) {
   if (severity >= alarm_entry_t::SEVERITY_ERROR) return Verdict::kBad;
@@ -55,10 +47,10 @@ std::int64_t Failed(const device_info_t& first, const device_info_t& last) {
 
 AcceptanceResult StateFinding(const char* what, bool good, std::string_view state, const std::string& reason) {
   return {what, std::string(state) + (reason.empty() ? "" : ": " + reason), good ? Verdict::kGood : Verdict::kBad,
-          good ? "" : "mend this first: the rest says little until then"};
+          good ? "" : "fix this first: the other results are meaningless until then"};
 }
 
-// Not one reply: what is wrong for good.
+// Returns the advice if there was no reply at all.
 std::string NothingAnswers(LinkKind link) {
   switch (link) {
     case LinkKind::kCan:
@@ -72,7 +64,7 @@ std::string NothingAnswers(LinkKind link) {
   return "nothing answers: wires A and B (crossed?), supply, address and rate of the device";
 }
 
-// It answers, but not always.
+// Returns the advice if some replies are missing.
 std::string Intermittent(LinkKind link) {
   if (link == LinkKind::kCan) return "it answers, not always: a loose contact, or a bus load that holds frames up";
   if (link == LinkKind::kSpi) return "it answers, not always: a loose contact, or a clock too fast for the cable";
@@ -96,20 +88,14 @@ double ProposedLimit(double seen, double margin, double maximum) {
 }
 
 void MotionWatch::On(const position_t& position) {
-  if (begin_ && (begin_->boot_id != position.boot_id || begin_->datum_epoch != position.datum_epoch))
-    begin_.reset();
-  if (!begin_) {
+  const double seconds = begin_ ? static_cast<double>(position.mono_ns - begin_->mono_ns) * 1e-9 : 0;
+  if (!begin_ || begin_->boot_id != position.boot_id || begin_->datum_epoch != position.datum_epoch ||
+      seconds > kGap) {
     begin_ = position;
     before_.reset();
     return;
   }
-  const double seconds = static_cast<double>(position.mono_ns - begin_->mono_ns) * 1e-9;
   if (seconds < kStretch) return;
-  if (seconds > kGap) {
-    begin_ = position;
-    before_.reset();
-    return;
-  }
   const double turns =
       static_cast<double>(position.counts - begin_->counts) / static_cast<double>(position.counts_per_turn);
   const Stretch now{seconds, turns * 2 * std::numbers::pi / seconds};
@@ -122,37 +108,35 @@ void MotionWatch::On(const position_t& position) {
   begin_ = position;
 }
 
-FindingGroup MotionWatch::Judge(const DeviceConfig& device) const {
+FindingGroup MotionWatch::Evaluate(const DeviceConfig& device) const {
   FindingGroup group{"Motion", {}};
-  group.findings.push_back(
-      {"fastest seen", Print("%.4g rpm, %.4g rad/s2", speed_rpm_, accel_rad_s2_), Verdict::kUnjudged, ""});
+  group.Add("fastest seen", Text("%.4g rpm, %.4g rad/s2", speed_rpm_, accel_rad_s2_));
   const bool own = device.speed_rpm > 0 && device.accel_rad_s2 > 0;
-  const double most_rpm = device.settings ? device.settings->max_speed_rpm : 0;
-  const double most_accel = device.settings ? device.settings->max_accel_rad_s2 : 0;
-  AcceptanceResult limits{own ? "limits of the axis" : "limits of the model only", "", Verdict::kGood, ""};
-  const double rpm = device.speed_rpm > 0 ? device.speed_rpm : most_rpm;
-  const double accel = device.accel_rad_s2 > 0 ? device.accel_rad_s2 : most_accel;
-  limits.value = Print("%.6g rpm, ", rpm) + (accel > 0 ? Print("%.6g rad/s2", accel) : "no acceleration");
+  const double max_rpm = device.settings ? device.settings->max_speed_rpm : 0;
+  const double max_accel = device.settings ? device.settings->max_accel_rad_s2 : 0;
+  const double rpm = device.speed_rpm > 0 ? device.speed_rpm : max_rpm;
+  const double accel = device.accel_rad_s2 > 0 ? device.accel_rad_s2 : max_accel;
   const std::string proposal =
-      Print("limits: {speed_rpm: %.10g, accel_rad_s2: %.10g}", ProposedLimit(speed_rpm_, kSpeedMargin, most_rpm),
-            ProposedLimit(accel_rad_s2_, kAccelMargin, most_accel));
+      Text("limits: {speed_rpm: %.10g, accel_rad_s2: %.10g}", ProposedLimit(speed_rpm_, kSpeedMargin, max_rpm),
+           ProposedLimit(accel_rad_s2_, kAccelMargin, max_accel));
+  Verdict verdict = own ? Verdict::kGood : Verdict::kUnjudged;
+  std::string advice;
   if (own && (speed_rpm_ > kNear * rpm || accel_rad_s2_ > kNear * accel)) {
-    limits.verdict = Verdict::kAttention;
-    limits.advice = "the axis comes near them; good readings beyond them are not published as valid: " + proposal;
+    verdict = Verdict::kAttention;
+    advice = "the axis comes near them; good readings beyond them are not published as valid: " + proposal;
   } else if (!own && speed_rpm_ < kMinMotionRpm) {
-    limits.verdict = Verdict::kUnjudged;
-    limits.advice =
-        "run it again while the axis makes its fastest motions, an emergency stop among them: it then proposes "
+    advice =
+        "run it again while the axis makes its fastest motions, including an emergency stop: it then proposes "
         "limits";
   } else if (!own) {
-    limits.verdict = Verdict::kUnjudged;
-    limits.advice =
-        proposal + Print(
-                       " in the machine's file (%g and %g times what was seen) recognises far more damaged "
-                       "readings, if no motion is faster than the ones seen",
-                       kSpeedMargin, kAccelMargin);
+    advice = proposal + Text(
+                            " in the machine's file (%g and %g times the measured values) detects far more damaged "
+                            "readings, if no motion is faster than these",
+                            kSpeedMargin, kAccelMargin);
   }
-  group.findings.push_back(std::move(limits));
+  group.Add(own ? "limits of the axis" : "limits of the model only",
+            Text("%.6g rpm, ", rpm) + (accel > 0 ? Text("%.6g rad/s2", accel) : "no acceleration"), verdict,
+            std::move(advice));
   return group;
 }
 
@@ -170,9 +154,9 @@ std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good) 
     case device_info_t::ERROR_STRAY:
       if (link == LinkKind::kSpi) return "another process clocks this device, or the model is another";
       return link == LinkKind::kCan ? "another node has the same node ID, or answers late"
-                                    : "somebody else speaks on the line, or link.echo is wrong";
+                                    : "another master or device transmits on the line, or link.echo is wrong";
     case device_info_t::ERROR_WRONG_IDENTITY:
-      return "another model or unit than the machine's file says";
+      return "another model or unit than in the machine's file";
     case device_info_t::ERROR_IO:
       return link == LinkKind::kSpi ? "the SPI driver refuses: rights of the spidev node, kernel log (dmesg)"
                                     : "the adapter: plug, USB cable, kernel log (dmesg)";
@@ -189,12 +173,12 @@ std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good) 
     case device_info_t::ERROR_EXCEPTION:
       return "the device refuses the request: address, model and register numbers, its manual";
     default:
-      return "the device says so itself: its alarms and its manual";
+      return "the device reports this error: see its alarms and its manual";
   }
 }
 
-AcceptanceResult JudgeRotation(double turns, std::int8_t direction) {
-  AcceptanceResult finding{"one turn by hand", Print("%+.3f turns", turns), Verdict::kGood, ""};
+AcceptanceResult EvaluateRotation(double turns, std::int8_t direction) {
+  AcceptanceResult finding{"one turn by hand", Text("%+.3f turns", turns), Verdict::kGood, ""};
   const char* const positive = direction >= 0 ? "counter-clockwise" : "clockwise";
   if (std::abs(turns) < 0.05) {
     finding.verdict = Verdict::kBad;
@@ -234,7 +218,7 @@ void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
   } else if (channel == "ALARM/" + device_.name) {
     if (const auto alarms = DecodeMessage<alarm_t>(message)) {
       alarms_ = alarms->entries;
-      alarms_heard_ = true;
+      has_alarms_ = true;
     }
   } else if (channel == "POSITION/" + device_.name) {
     if (const auto position = DecodeMessage<position_t>(message)) {
@@ -243,7 +227,7 @@ void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
         position_ = position;
         motion_.On(*position);
       } else {
-        ++not_valid_;
+        ++invalid_;
       }
     }
   }
@@ -252,44 +236,40 @@ void HardwareWatch::OnMessage(std::string_view channel, Bytes message) {
 std::int64_t HardwareWatch::readings() const { return info_ ? Growth(first_info_->good, info_->good) : 0; }
 std::int64_t HardwareWatch::errors() const { return info_ ? Failed(*first_info_, *info_) : 0; }
 
-Findings HardwareWatch::Judge() const {
+Findings HardwareWatch::Evaluate() const {
   Findings findings;
-  JudgeIdentity(findings);
-  JudgeReadings(findings);
-  JudgeBus(findings);
-  JudgeAlarms(findings);
-  if (position_) findings.push_back(motion_.Judge(device_));
+  AddIdentity(findings);
+  AddReadings(findings);
+  AddBus(findings);
+  AddAlarms(findings);
+  if (position_) findings.push_back(motion_.Evaluate(device_));
   return findings;
 }
 
-void HardwareWatch::JudgeIdentity(Findings& findings) const {
+void HardwareWatch::AddIdentity(Findings& findings) const {
   FindingGroup& group = findings.emplace_back(FindingGroup{"Device", {}});
   if (!info_) return;
   const bool online = info_->state == device_info_t::STATE_ONLINE;
   group.findings.push_back(StateFinding("state", online, DeviceStateName(info_->state), info_->reason));
   const bool other = info_->errors[device_info_t::ERROR_WRONG_IDENTITY] > 0;
-  group.findings.push_back(
-      {"model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
-       other ? ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY, bus_config_.family, true) : ""});
-  group.findings.push_back({"serial number", OrNone(info_->serial), Verdict::kUnjudged, ""});
-  group.findings.push_back({"firmware", OrNone(info_->firmware), Verdict::kUnjudged, ""});
+  group.Add("model", info_->family + ", " + info_->model, other ? Verdict::kBad : Verdict::kGood,
+            other ? ErrorAdvice(device_info_t::ERROR_WRONG_IDENTITY, bus_config_.family, true) : "");
+  group.Add("serial number", OrNone(info_->serial));
+  group.Add("firmware", OrNone(info_->firmware));
   if (info_->identity >= 0) {
-    group.findings.push_back(
-        {"identity", Print("0x%llX", static_cast<long long>(info_->identity)), Verdict::kUnjudged, ""});
+    group.Add("identity", Text("0x%llX", static_cast<long long>(info_->identity)));
   }
   if (info_->counts_per_turn > 0) {
-    group.findings.push_back(
-        {"resolution",
-         std::to_string(info_->counts_per_turn) + " counts a turn, " +
-             (info_->turns_range > 0 ? std::to_string(info_->turns_range) + " turns" : "single-turn"),
-         Verdict::kUnjudged, ""});
+    group.Add("resolution",
+              std::to_string(info_->counts_per_turn) + " counts a turn, " +
+                  (info_->turns_range > 0 ? std::to_string(info_->turns_range) + " turns" : "single-turn"));
   }
   if (device_.settings && info_->reference_lost != 0) {
-    group.findings.push_back({"reference", "lost", Verdict::kAttention, "home it: axlecast home " + device_.name});
+    group.Add("reference", "lost", Verdict::kAttention, "home it: axlecast home " + device_.name);
   }
 }
 
-void HardwareWatch::JudgeReadings(Findings& findings) const {
+void HardwareWatch::AddReadings(Findings& findings) const {
   FindingGroup& group = findings.emplace_back(FindingGroup{"Readings", {}});
   const std::int64_t good = readings();
   const std::int64_t failed = errors();
@@ -297,30 +277,29 @@ void HardwareWatch::JudgeReadings(Findings& findings) const {
   AcceptanceResult all{"good readings", std::to_string(good) + " of " + std::to_string(good + failed),
                        Verdict::kGood, ""};
   if (failed > 0 || good == 0) all.verdict = share > kBadShare ? Verdict::kBad : Verdict::kAttention;
-  if (good == 0) all.advice = WhyNoReading();
+  if (good == 0) all.advice = NoReadingAdvice();
   group.findings.push_back(std::move(all));
   if (!info_) return;
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
     const std::int64_t count = Growth(first_info_->errors[kind], info_->errors[kind]);
     if (count == 0) continue;
-    group.findings.push_back({"failed: " + std::string(ErrorName(static_cast<ErrorKind>(kind))),
-                              std::to_string(count), share > kBadShare ? Verdict::kBad : Verdict::kAttention,
-                              ErrorAdvice(kind, bus_config_.family, good > 0)});
+    group.Add("failed: " + std::string(ErrorName(static_cast<ErrorKind>(kind))), std::to_string(count),
+              share > kBadShare ? Verdict::kBad : Verdict::kAttention,
+              ErrorAdvice(kind, bus_config_.family, good > 0));
   }
   if (positions_ == 0) return;
-  group.findings.push_back(
-      {"positions not valid", std::to_string(not_valid_) + " of " + std::to_string(positions_),
-       not_valid_ == 0 ? Verdict::kGood : Verdict::kAttention,
-       not_valid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags"});
+  group.Add("positions not valid", std::to_string(invalid_) + " of " + std::to_string(positions_),
+            invalid_ == 0 ? Verdict::kGood : Verdict::kAttention,
+            invalid_ == 0 ? "" : "axlecast watch --channel POSITION/" + device_.name + " shows their flags");
 }
 
-std::string HardwareWatch::WhyNoReading() const {
+std::string HardwareWatch::NoReadingAdvice() const {
   if (bus_ && bus_->state == bus_health_t::STATE_DOWN) return "the bus is down: " + bus_->last_error;
-  if (!info_) return "its driver is not heard: is it running (axlecast status)?";
-  return info_->reason.empty() ? "no reading came in this time: watch longer (--seconds)" : info_->reason;
+  if (!info_) return "no message from its driver: is it running (axlecast status)?";
+  return info_->reason.empty() ? "no reading in this time: watch longer (--seconds)" : info_->reason;
 }
 
-void HardwareWatch::JudgeBus(Findings& findings) const {
+void HardwareWatch::AddBus(Findings& findings) const {
   FindingGroup& group = findings.emplace_back(FindingGroup{"Bus " + bus_config_.name, {}});
   if (!bus_) return;
   const bool up = bus_->state == bus_health_t::STATE_UP;
@@ -331,8 +310,8 @@ void HardwareWatch::JudgeBus(Findings& findings) const {
     const bool slow = wire_us > 0 && static_cast<double>(p50) > 5 * wire_us + 1'000;
     const bool uneven = slowest_p99_us_ > 10 * p50 + 1'000;
     AcceptanceResult turnaround{"turnaround",
-                                Print("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
-                                      static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
+                                Text("min %.0f us, p50 %.0f us, p99 %.0f us", static_cast<double>(fastest_us_),
+                                     static_cast<double>(p50), static_cast<double>(slowest_p99_us_)),
                                 slow || uneven ? Verdict::kAttention : Verdict::kGood, ""};
     if (slow)
       turnaround.advice =
@@ -342,29 +321,28 @@ void HardwareWatch::JudgeBus(Findings& findings) const {
   }
   const std::int64_t late = Growth(first_bus_->late, bus_->late);
   const std::int64_t exchanges = std::max<std::int64_t>(Growth(first_bus_->exchanges, bus_->exchanges), 1);
-  group.findings.push_back({"rate",
-                            Print("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
-                                  static_cast<double>(bus_->wire_limit_hz)),
-                            late * 100 > exchanges ? Verdict::kAttention : Verdict::kGood,
-                            late * 100 > exchanges ? std::to_string(late) + " slots missed: lower poll_hz" : ""});
+  group.Add("rate",
+            Text("%.1f exchanges/s, the wire allows %.1f", static_cast<double>(bus_->rate_hz),
+                 static_cast<double>(bus_->wire_limit_hz)),
+            late * 100 > exchanges ? Verdict::kAttention : Verdict::kGood,
+            late * 100 > exchanges ? std::to_string(late) + " slots missed: lower poll_hz" : "");
   const std::int64_t reopens = Growth(first_bus_->reopens, bus_->reopens);
   const std::int64_t dropped = Growth(first_bus_->rx_dropped, bus_->rx_dropped);
-  group.findings.push_back({"line",
-                            std::to_string(reopens) + " times opened again, " + std::to_string(dropped) +
-                                " bytes lost by host or adapter",
-                            reopens + dropped == 0 ? Verdict::kGood : Verdict::kBad,
-                            reopens + dropped == 0 ? "" : "plug, USB cable and hub; dmesg"});
+  group.Add("line",
+            std::to_string(reopens) + " times opened again, " + std::to_string(dropped) +
+                " bytes lost by host or adapter",
+            reopens + dropped == 0 ? Verdict::kGood : Verdict::kBad,
+            reopens + dropped == 0 ? "" : "plug, USB cable and hub; dmesg");
 }
 
-void HardwareWatch::JudgeAlarms(Findings& findings) const {
+void HardwareWatch::AddAlarms(Findings& findings) const {
   FindingGroup& group = findings.emplace_back(FindingGroup{"Alarms", {}});
-  if (!alarms_heard_)
-    group.findings.push_back({"alarms", "not heard", Verdict::kAttention, "is its driver running?"});
-  if (alarms_heard_ && alarms_.empty()) group.findings.push_back({"alarms", "none", Verdict::kGood, ""});
+  if (!has_alarms_) group.Add("alarms", "not received", Verdict::kAttention, "is its driver running?");
+  if (has_alarms_ && alarms_.empty()) group.Add("alarms", "none", Verdict::kGood);
   for (const alarm_entry_t& alarm : alarms_) {
-    group.findings.push_back(
-        {alarm.name, std::string(SeverityName(alarm.severity)) + ", " + std::string(AlarmStateName(alarm.state)),
-         OfSeverity(alarm.severity), alarm.action});
+    group.Add(alarm.name,
+              std::string(SeverityName(alarm.severity)) + ", " + std::string(AlarmStateName(alarm.state)),
+              OfSeverity(alarm.severity), alarm.action);
   }
 }
 

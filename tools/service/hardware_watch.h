@@ -16,20 +16,20 @@
 
 namespace axlecast {
 
-// The fastest motion of an axis while its positions are watched, and the `limits` that follow from it. Pure.
+// Measures the fastest motion of an axis from its positions, and proposes `limits`. Does no I/O.
 //
-// Speeds are means over 20 ms or more, so that the noise of two readings does not look like motion, and accelerations
-// are their changes. Both come out too low rather than too high for motions shorter than that: the margin is for those.
+// Speeds are means over at least 20 ms, so that noise does not count as motion. Accelerations are the changes of speed. For
+// shorter motions, both are too low rather than too high; the margins cover that.
 class MotionWatch {
  public:
-  // A valid position.
+  // `position` must be valid.
   void On(const position_t& position);
 
   [[nodiscard]] double speed_rpm() const { return speed_rpm_; }        // the fastest so far
   [[nodiscard]] double accel_rad_s2() const { return accel_rad_s2_; }  // likewise
 
-  // What was seen, beside the limits of the device: of its own, or of its model only.
-  [[nodiscard]] FindingGroup Judge(const DeviceConfig& device) const;
+  // Compares the motion with the limits of the device: its own limits, or only those of its model.
+  [[nodiscard]] FindingGroup Evaluate(const DeviceConfig& device) const;
 
   static constexpr double kSpeedMargin = 1.5;
   static constexpr double kAccelMargin = 2;
@@ -42,34 +42,36 @@ class MotionWatch {
 
   double speed_rpm_ = 0;
   double accel_rad_s2_ = 0;
-  std::optional<position_t> begin_;  // of the stretch under way
-  std::optional<Stretch> before_;    // the one that ended there
+  std::optional<position_t> begin_;  // of the current stretch
+  std::optional<Stretch> before_;    // the previous stretch
 };
 
-// A proposed limit: rounded up to two digits; `most`, the model's, where that is less; 0: the model has none.
+// Returns a proposed limit, rounded up to two digits, at most `maximum`, the model's limit (0: the model has none).
 [[nodiscard]] double ProposedLimit(double seen, double margin, double maximum);
 
-// One device and its bus over a stretch of time, as their messages tell, judged for an acceptance. Pure.
+// Evaluates the messages of one device and its bus for an acceptance. Does no I/O.
 class HardwareWatch {
  public:
   HardwareWatch(const BusConfig& bus, const DeviceConfig& device) : bus_config_(bus), device_(device) {}
 
   void OnMessage(std::string_view channel, Bytes message);
-  // DEVICE and BUS have come at least twice.
-  [[nodiscard]] bool Heard() const { return infos_ >= 2 && buses_ >= 2; }
-  [[nodiscard]] std::int64_t readings() const;  // good ones, since the watch began
-  [[nodiscard]] std::int64_t errors() const;    // failed ones
-  [[nodiscard]] const std::optional<position_t>& position() const { return position_; }  // the newest valid one
+  // Returns true if DEVICE and BUS were received at least twice.
+  [[nodiscard]] bool Complete() const { return infos_ >= 2 && buses_ >= 2; }
+  [[nodiscard]] std::int64_t readings() const;  // good readings since the first message
+  [[nodiscard]] std::int64_t errors() const;    // failed readings
+  [[nodiscard]] const std::optional<position_t>& position() const {
+    return position_;
+  }  // the newest valid position
   [[nodiscard]] const std::optional<device_info_t>& info() const { return info_; }
 
-  [[nodiscard]] Findings Judge() const;
+  [[nodiscard]] Findings Evaluate() const;
 
  private:
-  void JudgeIdentity(Findings& findings) const;
-  void JudgeReadings(Findings& findings) const;
-  [[nodiscard]] std::string WhyNoReading() const;
-  void JudgeBus(Findings& findings) const;
-  void JudgeAlarms(Findings& findings) const;
+  void AddIdentity(Findings& findings) const;
+  void AddReadings(Findings& findings) const;
+  [[nodiscard]] std::string NoReadingAdvice() const;
+  void AddBus(Findings& findings) const;
+  void AddAlarms(Findings& findings) const;
 
   const BusConfig& bus_config_;
   const DeviceConfig& device_;
@@ -81,20 +83,20 @@ class HardwareWatch {
   std::optional<bus_health_t> bus_;
   std::optional<position_t> position_;
   std::int64_t positions_ = 0;
-  std::int64_t not_valid_ = 0;
+  std::int64_t invalid_ = 0;
   MotionWatch motion_;
-  float fastest_us_ = 0;  // of all windows; 0: none yet
+  float fastest_us_ = 0;  // of all windows; 0: no window yet
   float slowest_p99_us_ = 0;
   std::vector<float> p50_us_;  // of each window
   std::vector<alarm_entry_t> alarms_;
-  bool alarms_heard_ = false;
+  bool has_alarms_ = false;
 };
 
-// What to do about failed readings of this kind (device_info_t ERROR_*) on a bus of this family. `some_good`: other readings
-// of the same time were good, so that wiring and settings are not all wrong. `family` may be null: a serial line.
+// Returns what to do about failed readings of this kind (device_info_t ERROR_*) on a bus of this family. `some_good`: other
+// readings at the time were good, so that wiring and settings are mostly right. `family` may be null: a serial line.
 [[nodiscard]] std::string ErrorAdvice(std::size_t kind, const Family* family, bool some_good);
 
-// A shaft that was turned by hand once: `turns` in the device's direction.
-[[nodiscard]] AcceptanceResult JudgeRotation(double turns, std::int8_t direction);
+// Evaluates one turn of the shaft by hand. `turns` is in the device's direction.
+[[nodiscard]] AcceptanceResult EvaluateRotation(double turns, std::int8_t direction);
 
 }  // namespace axlecast

@@ -42,7 +42,7 @@ class MotionWatchTest : public ::testing::Test {
     }
     begin_ += 1'000'000'000LL;
   }
-  AcceptanceResult Limits() const { return watch_.Judge(device_).findings.at(1); }
+  AcceptanceResult Limits() const { return watch_.Evaluate(device_).findings.at(1); }
 
   DeviceConfig device_;
   MotionWatch watch_;
@@ -127,7 +127,7 @@ class HardwareWatchTest : public ::testing::Test {
     Send();
   }
   AcceptanceResult Of(const std::string& what) const {
-    for (const FindingGroup& group : watch_.Judge()) {
+    for (const FindingGroup& group : watch_.Evaluate()) {
       for (const AcceptanceResult& finding : group.findings) {
         if (finding.what == what) return finding;
       }
@@ -145,14 +145,14 @@ class HardwareWatchTest : public ::testing::Test {
 };
 
 TEST_F(HardwareWatchTest, AGoodDevice) {
-  EXPECT_FALSE(watch_.Heard());
+  EXPECT_FALSE(watch_.Complete());
   After(1'000);
-  EXPECT_TRUE(watch_.Heard());
+  EXPECT_TRUE(watch_.Complete());
   EXPECT_EQ(watch_.readings(), 1'000);
   EXPECT_EQ(Of("good readings").value, "1000 of 1000");
   EXPECT_EQ(Of("turnaround").value, "min 90 us, p50 110 us, p99 150 us");
   EXPECT_EQ(Of("alarms").verdict, Verdict::kGood);
-  EXPECT_LE(Worst(watch_.Judge()), Verdict::kUnjudged);
+  EXPECT_LE(Worst(watch_.Evaluate()), Verdict::kUnjudged);
 }
 
 TEST_F(HardwareWatchTest, WhatWasBeforeTheWatchDoesNotCount) {
@@ -171,7 +171,7 @@ TEST_F(HardwareWatchTest, FailedReadingsByKindWithAdvice) {
   EXPECT_THAT(Of("failed: timeout").advice, HasSubstr("A and B"));
   After(0, 1'000);
   EXPECT_EQ(Of("failed: timeout").verdict, Verdict::kBad);
-  EXPECT_EQ(Worst(watch_.Judge()), Verdict::kBad);
+  EXPECT_EQ(Worst(watch_.Evaluate()), Verdict::kBad);
 }
 
 TEST_F(HardwareWatchTest, NoReadingAtAll) {
@@ -244,15 +244,15 @@ TEST_F(HardwareWatchTest, DamagedMessagesSayNothing) {
   const std::vector<std::uint8_t> whole = Encoded(info_);
   for (std::size_t size = 0; size < whole.size(); ++size)
     watch_.OnMessage("DEVICE/axis1", Bytes(whole.data(), size));
-  EXPECT_FALSE(watch_.Heard());
+  EXPECT_FALSE(watch_.Complete());
 }
 
 TEST(JudgeRotation, DirectionAndCounts) {
-  EXPECT_EQ(JudgeRotation(1.02, 1).verdict, Verdict::kGood);
-  EXPECT_EQ(JudgeRotation(0, 1).verdict, Verdict::kBad);
-  EXPECT_THAT(JudgeRotation(-1, 1).advice, HasSubstr("direction: cw"));
-  EXPECT_THAT(JudgeRotation(-1, -1).advice, HasSubstr("direction: ccw"));
-  EXPECT_EQ(JudgeRotation(2, 1).verdict, Verdict::kAttention);
+  EXPECT_EQ(EvaluateRotation(1.02, 1).verdict, Verdict::kGood);
+  EXPECT_EQ(EvaluateRotation(0, 1).verdict, Verdict::kBad);
+  EXPECT_THAT(EvaluateRotation(-1, 1).advice, HasSubstr("direction: cw"));
+  EXPECT_THAT(EvaluateRotation(-1, -1).advice, HasSubstr("direction: ccw"));
+  EXPECT_EQ(EvaluateRotation(2, 1).verdict, Verdict::kAttention);
 }
 
 TEST(Findings, AsTextAndJson) {

@@ -1,6 +1,6 @@
 #include "tools/service/html_page.h"
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

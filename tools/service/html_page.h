@@ -6,13 +6,12 @@
 
 namespace axlecast {
 
-// One page of HTML that stands for itself: no script, nothing that is loaded, made for A4 and for a screen. All texts are
-// escaped, whatever they hold.
+// A self-contained HTML page without scripts or loaded files, for A4 and for a screen. All texts are escaped.
 class HtmlPage {
  public:
   struct Cell {
     std::string text;
-    std::string_view mark = {};  // "good", "attention", "bad", "number", "muted"; empty: none
+    std::string_view mark = {};  // "good", "attention", "bad", "number", "muted"; empty: no mark
   };
   using Row = std::vector<Cell>;
 
@@ -22,9 +21,9 @@ class HtmlPage {
   void SubHeading(std::string_view text);
   void Paragraph(std::string_view text);
   void Table(const std::vector<std::string>& head, const std::vector<Row>& rows);
-  // Two columns: what, and its value.
+  // Adds a table with two columns: name and value.
   void Facts(const std::vector<Row>& rows);
-  void Listing(std::string_view text);  // as it is, line for line
+  void Listing(std::string_view text);  // unchanged, line by line
 
   [[nodiscard]] std::string Text() const;
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kMask = "(masked)";
 
-bool SpeaksOfSecret(std::string key) {
+bool NamesSecret(std::string key) {
   std::transform(key.begin(), key.end(), key.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   constexpr std::array<std::string_view, 5> kWords = {"password", "passphrase", "secret", "token", "psk"};
@@ -25,7 +25,7 @@ bool SpeaksOfSecret(std::string key) {
 
 bool IsPlace(const std::string& key) { return key == "file" || key == "credential"; }
 
-// In a URL: what stands before the @.
+// Masks the part before the @ of URLs.
 std::string WithoutUsers(const std::string& text) {
   static const std::regex kUser("//[^/@ ]*@");
   return std::regex_replace(text, kUser, std::string("//") + kMask + '@');
@@ -47,7 +47,7 @@ void Emit(YAML::Emitter& out, const YAML::Node& node, bool secret) {
         const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "?";
         const bool place = IsPlace(key) && entry.second.IsScalar();
         out << YAML::Key << key << YAML::Value;
-        Emit(out, entry.second, !place && (secret || SpeaksOfSecret(key)));
+        Emit(out, entry.second, !place && (secret || NamesSecret(key)));
       }
       out << YAML::EndMap;
       return;

@@ -4,9 +4,9 @@
 
 namespace axlecast {
 
-// A machine's file for other eyes: its keys and values without comments (which may hold anything), and in place of what
-// stands under a key that speaks of a password, secret or token, "(masked)"; also of users in URLs. Where a mapping says
-// where a secret is kept (file, credential), the place stays. Text that is no YAML gives a note instead of its content.
+// Returns a machine's file for third parties. Comments are removed. "(masked)" replaces the values below a key whose name
+// contains a word like password, secret or token, and the users in URLs. The place of a secret (file, credential) is kept.
+// Text that is no YAML is replaced by a note.
 [[nodiscard]] std::string RedactedConfig(const std::string& text);
 
 }  // namespace axlecast

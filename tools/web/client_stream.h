@@ -33,17 +33,13 @@ struct SpeedRequest {
   double factor = 1;
   bool operator==(const SpeedRequest&) const = default;
 };
-struct BadRequest {
-  std::string text;  // the reason
-  bool operator==(const BadRequest&) const = default;
-};
-using PageRequest = std::variant<BadRequest, SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest>;
+using PageRequest = std::variant<SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest>;
 
 inline constexpr std::size_t kMaxSubscribed = 512;
 inline constexpr double kSlowestPlay = 0.01;
 inline constexpr double kFastestPlay = 100;
 
-[[nodiscard]] PageRequest ParsePageRequest(std::string_view text);
+[[nodiscard]] Result<PageRequest> ParsePageRequest(std::string_view text);
 
 // Selects the next frame for one browser. A slow browser takes fewer frames: it gets the newest state and samples, but
 // every alarm, trip and command. It stores positions in the model, not the frames. Does no I/O.
@@ -56,21 +52,21 @@ class ClientStream {
   static constexpr std::uint64_t kMaxInFrame = 2000;
 
   // Starts a connection, or with `reset` continues after a seek with the same subscription.
-  void Start(WebModel& scene, WebTimestamp now, bool reset = false);
+  void Start(WebModel& model, WebTimestamp now, bool reset = false);
 
   // Subscribes to samples of these devices only. Unknown names are an error; the other devices are subscribed.
-  [[nodiscard]] Result<> Subscribe(const WebModel& scene, const SubscribeRequest& request, WebTimestamp now);
+  [[nodiscard]] Result<> Subscribe(const WebModel& model, const SubscribeRequest& request, WebTimestamp now);
 
   // Queues a frame that is not from the model. It is dropped if too many are queued.
   void Queue(std::string frame);
 
   // Returns the next frame; nothing if no frame is due.
-  [[nodiscard]] std::optional<std::string> Next(WebModel& scene, WebTimestamp now);
+  [[nodiscard]] std::optional<std::string> Next(WebModel& model, WebTimestamp now);
   // Returns only a frame from Queue.
   [[nodiscard]] std::optional<std::string> NextQueued();
 
   // Returns true if an event was lost for this browser. The connection must then be closed.
-  [[nodiscard]] bool fell_behind(const WebModel& scene) const { return next_event_ < scene.events_begin(); }
+  [[nodiscard]] bool fell_behind(const WebModel& model) const { return next_event_ < model.events_begin(); }
 
  private:
   struct Place {
@@ -81,10 +77,10 @@ class ClientStream {
     MonoNs sent = 0;
   };
 
-  [[nodiscard]] std::optional<std::string> NextSamples(const WebModel& scene, WebTimestamp now);
-  [[nodiscard]] static bool HasSamples(const WebModel& scene, const Place& place, MonoNs due);
-  static std::string TakeSamples(const WebModel& scene, const std::string& device, Place& place, MonoNs now);
-  static std::uint64_t FirstRow(const WebModel& scene, std::size_t device, double history_s, WebTimestamp now);
+  [[nodiscard]] std::optional<std::string> NextSamples(const WebModel& model, WebTimestamp now);
+  [[nodiscard]] static bool HasSamples(const WebModel& model, const Place& place, MonoNs due);
+  static std::string TakeSamples(const WebModel& model, const std::string& device, Place& place, MonoNs now);
+  static std::uint64_t FirstRow(const WebModel& model, std::size_t device, double history_s, WebTimestamp now);
 
   std::deque<std::string> queued_;
   std::uint64_t layout_ = 0;

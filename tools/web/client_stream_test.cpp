@@ -15,10 +15,13 @@ using ::testing::HasSubstr;
 
 template <typename Request>
 Request As(std::string_view text) {
-  const PageRequest request = ParsePageRequest(text);
-  EXPECT_TRUE(std::holds_alternative<Request>(request)) << text;
-  return std::holds_alternative<Request>(request) ? std::get<Request>(request) : Request{};
+  const Result<PageRequest> request = ParsePageRequest(text);
+  const bool expected = request && std::holds_alternative<Request>(*request);
+  EXPECT_TRUE(expected) << text;
+  return expected ? std::get<Request>(*request) : Request{};
 }
+
+std::string ErrorOf(std::string_view text) { return ErrorText(ParsePageRequest(text)); }
 
 TEST(PageRequest, IsUnderstood) {
   EXPECT_EQ(As<SubscribeRequest>(R"({"type":"subscribe","devices":["axis1","gm1"],"history_s":120})"),
@@ -31,32 +34,30 @@ TEST(PageRequest, IsUnderstood) {
 }
 
 TEST(PageRequest, IsRefusedWithWhatIsWrong) {
-  EXPECT_THAT(As<BadRequest>("").text, HasSubstr("no JSON object"));
-  EXPECT_THAT(As<BadRequest>("[1]").text, HasSubstr("no JSON object"));
-  EXPECT_THAT(As<BadRequest>("{}").text, HasSubstr("without a type"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":7})").text, HasSubstr("without a type"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"command","operation":"zero"})").text, HasSubstr("accepts no commands"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"subscribe"})").text, HasSubstr("not a list"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"subscribe","devices":[1]})").text, HasSubstr("not a list"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"subscribe","devices":[],"history_s":-1})").text, HasSubstr("history_s"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"seek","utime":"now"})").text, HasSubstr("utime"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"seek","utime":1e300})").text, HasSubstr("utime"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"speed","factor":0})").text, HasSubstr("factor"));
-  EXPECT_THAT(As<BadRequest>(R"({"type":"speed"})").text, HasSubstr("factor"));
+  EXPECT_THAT(ErrorOf(""), HasSubstr("no JSON object"));
+  EXPECT_THAT(ErrorOf("[1]"), HasSubstr("no JSON object"));
+  EXPECT_THAT(ErrorOf("{}"), HasSubstr("without a type"));
+  EXPECT_THAT(ErrorOf(R"({"type":7})"), HasSubstr("without a type"));
+  EXPECT_THAT(ErrorOf(R"({"type":"command","operation":"zero"})"), HasSubstr("accepts no commands"));
+  EXPECT_THAT(ErrorOf(R"({"type":"subscribe"})"), HasSubstr("not a list"));
+  EXPECT_THAT(ErrorOf(R"({"type":"subscribe","devices":[1]})"), HasSubstr("not a list"));
+  EXPECT_THAT(ErrorOf(R"({"type":"subscribe","devices":[],"history_s":-1})"), HasSubstr("history_s"));
+  EXPECT_THAT(ErrorOf(R"({"type":"seek","utime":"now"})"), HasSubstr("utime"));
+  EXPECT_THAT(ErrorOf(R"({"type":"seek","utime":1e300})"), HasSubstr("utime"));
+  EXPECT_THAT(ErrorOf(R"({"type":"speed","factor":0})"), HasSubstr("factor"));
+  EXPECT_THAT(ErrorOf(R"({"type":"speed"})"), HasSubstr("factor"));
 }
 
 TEST(PageRequest, OfDeepNestingIsRefused) {
-  EXPECT_THAT(As<BadRequest>(std::string(100'000, '[')).text, HasSubstr("no JSON object"));
-  EXPECT_THAT(
-      As<BadRequest>(R"({"type":"subscribe","devices":)" + std::string(8000, '[') + std::string(8000, ']') + '}')
-          .text,
-      HasSubstr("not a list"));
+  EXPECT_THAT(ErrorOf(std::string(100'000, '[')), HasSubstr("no JSON object"));
+  EXPECT_THAT(ErrorOf(R"({"type":"subscribe","devices":)" + std::string(8000, '[') + std::string(8000, ']') + '}'),
+              HasSubstr("not a list"));
 }
 
 TEST(PageRequest, OfTooManyDevicesIsRefused) {
   std::string devices;
   for (std::size_t i = 0; i <= kMaxSubscribed; ++i) devices += (i == 0 ? "\"d" : ",\"d") + std::to_string(i) + '"';
-  EXPECT_THAT(As<BadRequest>(R"({"type":"subscribe","devices":[)" + devices + "]}").text, HasSubstr("too many"));
+  EXPECT_THAT(ErrorOf(R"({"type":"subscribe","devices":[)" + devices + "]}"), HasSubstr("too many"));
 }
 
 using Json = nlohmann::json;
@@ -85,12 +86,12 @@ alarm_t AlarmMessage(std::int64_t revision, const std::vector<std::string>& name
 
 class WebFeedTest : public ::testing::Test {
  protected:
-  WebFeedTest() { feed_.Start(scene_, Now()); }
+  WebFeedTest() { feed_.Start(model_, Now()); }
 
   [[nodiscard]] WebTimestamp Now() const { return {kSecond + now_, kStart + now_ / kMicrosecond}; }
   template <typename Message>
   void Hear(const std::string& channel, const Message& message) {
-    scene_.OnMessage(channel, Encoded(message), Now());
+    model_.OnMessage(channel, Encoded(message), Now());
   }
   // `count` readings, 10 ms apart; their values are their numbers.
   void HearReadings(int count) {
@@ -105,7 +106,7 @@ class WebFeedTest : public ::testing::Test {
   // All that a browser that takes everything gets now.
   std::vector<Json> Read(const std::string& type = "") {
     std::vector<Json> frames;
-    while (const auto frame = feed_.Next(scene_, Now())) {
+    while (const auto frame = feed_.Next(model_, Now())) {
       const Json json = Json::parse(*frame);
       if (type.empty() || json["type"] == type) frames.push_back(json);
     }
@@ -117,7 +118,7 @@ class WebFeedTest : public ::testing::Test {
     return types;
   }
   Result<> Subscribe(double history_s = 0) {
-    return feed_.Subscribe(scene_, {.devices = {"axis1"}, .history_s = history_s}, Now());
+    return feed_.Subscribe(model_, {.devices = {"axis1"}, .history_s = history_s}, Now());
   }
   static std::vector<int> Values(const std::vector<Json>& frames) {
     std::vector<int> values;
@@ -128,7 +129,7 @@ class WebFeedTest : public ::testing::Test {
   }
 
   MachineConfig machine_ = OneAxis();
-  WebModel scene_{machine_, "1.2.3", std::nullopt};
+  WebModel model_{machine_, "1.2.3", std::nullopt};
   ClientStream feed_;
   MonoNs now_ = 0;
   int readings_ = 0;
@@ -136,7 +137,7 @@ class WebFeedTest : public ::testing::Test {
 
 TEST_F(WebFeedTest, BeginsWithWhatTheMachineIs) {
   Hear("ALARM/axis1", AlarmMessage(1, {"battery_low"}));
-  feed_.Start(scene_, Now());
+  feed_.Start(model_, Now());
   const std::vector<Json> frames = Read();
   EXPECT_THAT(Types(frames), ElementsAre("hello", "state", "alarms"));
   EXPECT_EQ(frames[0]["machine"], "press3");
@@ -180,18 +181,18 @@ TEST_F(WebFeedTest, TellsEveryAlarmHoweverSlowTheBrowserIs) {
   for (std::size_t i = 0; i < alarms.size(); ++i) {
     EXPECT_EQ(alarms[i][i % 2 == 0 ? "appeared" : "cleared"], Json({"battery_low"})) << i;
   }
-  EXPECT_FALSE(feed_.fell_behind(scene_));
+  EXPECT_FALSE(feed_.fell_behind(model_));
 }
 
 TEST_F(WebFeedTest, KnowsWhenAnAlarmWouldBeLost) {
   Read();
   for (std::size_t i = 0; i <= WebModel::kMaxEvents; ++i) {
-    EXPECT_FALSE(feed_.fell_behind(scene_)) << i;
+    EXPECT_FALSE(feed_.fell_behind(model_)) << i;
     Hear("ALARM/axis1", AlarmMessage(static_cast<std::int64_t>(i), {i % 2 == 0 ? "a" : "b"}));
   }
-  EXPECT_TRUE(feed_.fell_behind(scene_));
-  feed_.Start(scene_, Now());
-  EXPECT_FALSE(feed_.fell_behind(scene_));
+  EXPECT_TRUE(feed_.fell_behind(model_));
+  feed_.Start(model_, Now());
+  EXPECT_FALSE(feed_.fell_behind(model_));
 }
 
 // A frame of a forged ALARM is as long as 127 entries make it: 4,096 of them took 40 MB.
@@ -201,9 +202,9 @@ TEST_F(WebFeedTest, WhatWaitsForBrowsersIsBoundedInBytes) {
   for (int i = 0; i < 4'000; ++i) {
     std::vector<std::string> some(names.begin(), names.end() - i % 2);
     Hear("ALARM/axis1", AlarmMessage(i, some));
-    ASSERT_LE(scene_.event_bytes(), WebModel::kMaxEventBytes);
+    ASSERT_LE(model_.event_bytes(), WebModel::kMaxEventBytes);
   }
-  EXPECT_LT(scene_.events_end() - scene_.events_begin(), 4'000U);
+  EXPECT_LT(model_.events_end() - model_.events_begin(), 4'000U);
 }
 
 // 600,000 names took 180 MB. The history for a new browser is bounded and contains the device of the file.
@@ -218,11 +219,11 @@ TEST_F(WebFeedTest, InventedDevicesBusesAndRecordersAreFew) {
     Hear("RECORDER/" + name, recorder);
     Hear("ALARM/recorder/" + name, AlarmMessage(1, {"forged"}));
   }
-  const std::size_t devices = scene_.monitor().machine().devices().size();
+  const std::size_t devices = model_.monitor().machine().devices().size();
   EXPECT_EQ(devices, 1 + MachineView::kMaxUnlisted);
-  EXPECT_EQ(scene_.monitor().machine().buses().size(), 1 + MachineView::kMaxUnlisted);
-  EXPECT_EQ(scene_.Past(Now().utime).size(), devices + Monitor::kMaxRecorders) << "the alarms of each";
-  EXPECT_THAT(scene_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
+  EXPECT_EQ(model_.monitor().machine().buses().size(), 1 + MachineView::kMaxUnlisted);
+  EXPECT_EQ(model_.Past(Now().utime).size(), devices + Monitor::kMaxRecorders) << "the alarms of each";
+  EXPECT_THAT(model_.Past(Now().utime)[0], HasSubstr("battery_alarm"));
 }
 
 // A few strangers are shown beside the file's devices, with short curves: their rows took 1.4 MB each.
@@ -233,7 +234,7 @@ TEST_F(WebFeedTest, ADeviceThatTheFileDoesNotListHasFewRows) {
     position.utime = static_cast<std::int64_t>(i);
     Hear("POSITION/stranger", position);
   }
-  const SampleHistory* rows = scene_.samples(*scene_.IndexOf("stranger"));
+  const SampleHistory* rows = model_.samples(*model_.IndexOf("stranger"));
   ASSERT_NE(rows, nullptr);
   EXPECT_EQ(rows->end() - rows->begin(), WebModel::kUnlistedRows);
 }
@@ -299,7 +300,7 @@ TEST_F(WebFeedTest, LeavesGapsWhereAReadingIsNotValid) {
 
 TEST_F(WebFeedTest, RefusesADeviceThatThereIsNot) {
   const SubscribeRequest request = {.devices = {"axis1", "axis9"}};
-  EXPECT_THAT(feed_.Subscribe(scene_, request, Now()).error().text, HasSubstr("axis9"));
+  EXPECT_THAT(feed_.Subscribe(model_, request, Now()).error().text, HasSubstr("axis9"));
   HearReadings(1);
   EXPECT_EQ(Read("samples").size(), 1U);
 }
@@ -308,7 +309,7 @@ TEST_F(WebFeedTest, AnEmptySubscriptionEndsSamples) {
   EXPECT_TRUE(Subscribe());
   HearReadings(5);
   EXPECT_EQ(Read("samples").size(), 1U);
-  EXPECT_TRUE(feed_.Subscribe(scene_, {}, Now()));
+  EXPECT_TRUE(feed_.Subscribe(model_, {}, Now()));
   HearReadings(100);
   EXPECT_THAT(Read("samples"), IsEmpty());
 }

@@ -8,8 +8,8 @@ namespace {
 
 constexpr Replay::Options kPaused = {.paused = true, .allow_commands = true};
 
-// A log's instants on one clock. Damage makes times that do not fit one.
-WebTimestamp LogInstant(std::int64_t utime) {
+// Returns a time of a log on both clocks. In a damaged log, it may be out of range.
+WebTimestamp LogTime(std::int64_t utime) {
   constexpr std::int64_t kFarthest = INT64_MAX / kMicrosecond;
   return {.mono = std::clamp(utime, -kFarthest, kFarthest) * kMicrosecond, .utime = utime};
 }
@@ -29,7 +29,7 @@ LogPlayer::LogPlayer(const std::vector<Bytes>& logs, const MachineConfig& machin
 void LogPlayer::Seek(std::int64_t utime, MonoNs now) {
   target_ = std::clamp(utime, facts_.first_utime, facts_.last_utime);
   seeking_ = true;
-  scene_ = std::make_unique<WebModel>(machine_, version_, facts_);
+  model_ = std::make_unique<WebModel>(machine_, version_, facts_);
   replay_.SetSpeed(0, now);
   replay_.Resume(now);
   replay_.Seek(std::max(target_ - kLeadUs, facts_.first_utime), now);
@@ -47,9 +47,9 @@ bool LogPlayer::Advance(MonoNs now) {
     if (replay_.Due() > now) break;
     const auto message = replay_.Take(now);
     if (!message) continue;
-    const WebTimestamp at = LogInstant(message->utime);
-    scene_->OnMessage(*message->channel, message->data, at);
-    scene_->Tick(at.mono);
+    const WebTimestamp at = LogTime(message->utime);
+    model_->OnMessage(*message->channel, message->data, at);
+    model_->Tick(at.mono);
   }
   if (!seeking_ && replay_.AtEnd()) playing_ = false;
   return false;
@@ -79,6 +79,6 @@ WebPlayback LogPlayer::Playback(MonoNs now) const {
           .seeking = seeking_};
 }
 
-WebTimestamp LogPlayer::Now(MonoNs now) const { return LogInstant(seeking_ ? target_ : replay_.Utime(now)); }
+WebTimestamp LogPlayer::Now(MonoNs now) const { return LogTime(seeking_ ? target_ : replay_.Utime(now)); }
 
 }  // namespace axlecast

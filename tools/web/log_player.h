@@ -32,7 +32,7 @@ class LogPlayer {
   void Play(bool play, MonoNs now);
   void SetSpeed(double speed, MonoNs now);
 
-  [[nodiscard]] WebModel& scene() { return *scene_; }
+  [[nodiscard]] WebModel& model() { return *model_; }
   [[nodiscard]] WebPlayback Playback(MonoNs now) const;
   // Returns the time in the log.
   [[nodiscard]] WebTimestamp Now(MonoNs now) const;
@@ -43,7 +43,7 @@ class LogPlayer {
   std::string version_;
   WebLogFacts facts_;
   Replay replay_;
-  std::unique_ptr<WebModel> scene_;
+  std::unique_ptr<WebModel> model_;
   double speed_ = 1;
   bool playing_ = false;
   std::int64_t target_ = 0;

@@ -48,7 +48,7 @@ class LogPlayerTest : public ::testing::Test {
     const MonoNs end = now_ + static_cast<MonoNs>(seconds * 1e9);
     for (; now_ < end; now_ += 50 * kMillisecond) static_cast<void>(player_->Advance(now_));
   }
-  [[nodiscard]] double Value() { return player_->scene().monitor().machine().devices()[0].position->value; }
+  [[nodiscard]] double Value() { return player_->model().monitor().machine().devices()[0].position->value; }
   [[nodiscard]] double At() const { return static_cast<double>(player_->Playback(now_).utime - kLogStart) / 1e6; }
 
   RecordedLog log_;
@@ -63,7 +63,7 @@ TEST_F(LogPlayerTest, StandsWhereEverythingHasBeenToldOnce) {
   EXPECT_TRUE(player_->Playback(now_).seeking);
   Settle();
   EXPECT_THAT(At(), DoubleNear(2.5, 0.2));
-  EXPECT_TRUE(player_->scene().monitor().machine().devices()[0].Online(player_->Now(now_).mono));
+  EXPECT_TRUE(player_->model().monitor().machine().devices()[0].Online(player_->Now(now_).mono));
   Pass(10);
   EXPECT_THAT(At(), DoubleNear(2.5, 0.2));
   EXPECT_FALSE(player_->Playback(now_).playing);
@@ -91,7 +91,7 @@ TEST_F(LogPlayerTest, SeeksBothWaysAndKnowsThePastOfThePlace) {
     Settle();
     EXPECT_THAT(At(), DoubleNear(place, 0.2));
     EXPECT_THAT(Value(), DoubleNear(place, 0.2));
-    const SampleHistory& history = *player_->scene().samples(0);
+    const SampleHistory& history = *player_->model().samples(0);
     const double past = static_cast<double>(player_->Now(now_).utime - history.utime(history.begin())) / 1e6;
     EXPECT_THAT(past, DoubleNear(std::min(place, 75.0), 0.5));
   }
@@ -127,7 +127,7 @@ TEST_F(LogPlayerTest, TakesNoMoreInOneStepThanTheOthersCanWaitFor) {
   logs_ = {log_.bytes()};
   LogPlayer player(logs_, machine_, "1", facts_, now_);
   player.Seek(INT64_MAX, now_);
-  const SequenceCount& readings = player.scene().monitor().machine().devices()[0].readings;
+  const SequenceCount& readings = player.model().monitor().machine().devices()[0].readings;
   EXPECT_FALSE(player.Advance(now_));
   EXPECT_LE(readings.received(), LogPlayer::kMaxPerAdvance);
   int steps = 1;

@@ -54,7 +54,7 @@ class WebAccess {
 // Returns the value of the cookie `name` in a Cookie header; empty if it is missing.
 [[nodiscard]] std::string_view CookieValue(std::string_view header, std::string_view name);
 
-// Returns the value of `name` in a form body (application/x-www-form-urlencoded); empty if it is missing.
+// Returns the value of `name` in a form body (application/x-www-form-urlencoded), or "" if it is missing.
 [[nodiscard]] std::string FormValue(std::string_view body, std::string_view name);
 
 }  // namespace axlecast

@@ -2,7 +2,7 @@
 
 #include "tools/web/web_access.h"
 
-// No Host, Origin, Cookie, Authorization or form that anybody sends opens what only the token opens.
+// No Host, Origin, Cookie, Authorization or form gives access without the token.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using axlecast::Secret;
   using axlecast::WebAccess;

@@ -18,15 +18,7 @@ WebAnswer Plain(int status, std::string text) { return {.status = status, .body 
 
 constexpr const char* kHostText =
     "this server does not have the name that the browser requested: use its address, or add the name to the "
-    "machine "
-    "file (web: names:)";
-
-template <typename... Visitors>
-struct Overload : Visitors... {
-  using Visitors::operator()...;
-};
-template <typename... Visitors>
-Overload(Visitors...) -> Overload<Visitors...>;
+    "machine's file (web: names:)";
 
 }  // namespace
 
@@ -121,13 +113,13 @@ int WebApp::OnUpgrade(const WebRequest& request) {
   if (!parts_.access->IsHost(request.host) || !parts_.access->IsOwnOrigin(request)) return 403;
   if (request.path != "/ws") return 404;
   if (!parts_.access->MayLook(request, parts_.clock->Now())) return 401;
-  return clients_.size() < parts_.most_clients ? 0 : 503;
+  return clients_.size() < parts_.max_clients ? 0 : 503;
 }
 
 void WebApp::OnOpen(WebConnection connection) {
   Client& client = clients_[connection];
   if (parts_.open_log) client.player = parts_.open_log();
-  client.feed.Start(SceneOf(client), NowOf(client));
+  client.feed.Start(ModelOf(client), NowOf(client));
 }
 
 WebTimestamp WebApp::NowOf(const Client& client) const {
@@ -150,42 +142,33 @@ void WebApp::OnFrame(WebConnection connection, std::string_view text) {
   Client& client = found->second;
   client.too_many = client.too_many || !TakesFrame(client);
   if (client.too_many) return;
-  const std::string problem = Obey(client, ParsePageRequest(text));
-  if (!problem.empty()) client.feed.Queue(ErrorFrame(problem));
+  const Result<PageRequest> request = ParsePageRequest(text);
+  const Result<> done = request ? Execute(client, *request) : Failure(request.error());
+  if (!done) client.feed.Queue(ErrorFrame(done.error().text));
 }
 
-std::string WebApp::Obey(Client& client, const PageRequest& request) const {
+Result<> WebApp::Execute(Client& client, const PageRequest& request) const {
+  if (const auto* subscribe = std::get_if<SubscribeRequest>(&request)) {
+    return client.feed.Subscribe(ModelOf(client), *subscribe, NowOf(client));
+  }
+  if (!client.player) return Failure("the machine is live: only a log can be played");
   const MonoNs now = parts_.clock->Now();
-  const auto play = [&](const auto& act) -> std::string {
-    if (!client.player) return "the machine is live: only a log can be played";
-    act(*client.player);
-    return "";
-  };
-  return std::visit(
-      Overload{
-          [](const BadRequest& bad) { return bad.text; },
-          [&](const SubscribeRequest& subscribe) -> std::string {
-            const Result<> done = client.feed.Subscribe(SceneOf(client), subscribe, NowOf(client));
-            return done ? "" : done.error().text;
-          },
-          [&](const SeekRequest& seek) { return play([&](LogPlayer& player) { player.Seek(seek.utime, now); }); },
-          [&](const PlayRequest& wish) { return play([&](LogPlayer& player) { player.Play(wish.play, now); }); },
-          [&](const SpeedRequest& speed) {
-            return play([&](LogPlayer& player) { player.SetSpeed(speed.factor, now); });
-          }},
-      request);
+  if (const auto* seek = std::get_if<SeekRequest>(&request)) client.player->Seek(seek->utime, now);
+  if (const auto* play = std::get_if<PlayRequest>(&request)) client.player->Play(play->play, now);
+  if (const auto* speed = std::get_if<SpeedRequest>(&request)) client.player->SetSpeed(speed->factor, now);
+  return {};
 }
 
-bool WebApp::TellsPlayback(Client& client) const {
+bool WebApp::PlaybackIsDue(Client& client) const {
   const MonoNs now = parts_.clock->Now();
   const WebPlayback playback = client.player->Playback(now);
-  WebPlayback before = client.told;
+  WebPlayback before = client.playback;
   before.utime = playback.utime;
-  const MonoNs age = now - client.told_at;
-  const bool due = age >= kPlaybackRepeat || (client.told != playback && age >= kPlaybackPeriod);
+  const MonoNs age = now - client.playback_sent;
+  const bool due = age >= kPlaybackRepeat || (client.playback != playback && age >= kPlaybackPeriod);
   if (playback == before && !due) return false;
-  client.told = playback;
-  client.told_at = now;
+  client.playback = playback;
+  client.playback_sent = now;
   return true;
 }
 
@@ -195,20 +178,20 @@ WebFrame WebApp::NextFrame(WebConnection connection) {
   Client& client = found->second;
   if (client.too_many) return {.close = kPolicyViolation, .reason = "too many frames"};
   if (client.player) {
-    if (auto said = client.feed.NextQueued()) return {.text = std::move(said)};
-    if (TellsPlayback(client)) return {.text = PlaybackFrame(client.told)};
-    if (client.told.seeking) return {};
+    if (auto frame = client.feed.NextQueued()) return {.text = std::move(frame)};
+    if (PlaybackIsDue(client)) return {.text = PlaybackFrame(client.playback)};
+    if (client.playback.seeking) return {};
   }
-  WebModel& scene = SceneOf(client);
-  if (client.feed.fell_behind(scene)) return {.close = kTryAgainLater, .reason = "fell behind"};
-  return {.text = client.feed.Next(scene, NowOf(client))};
+  WebModel& model = ModelOf(client);
+  if (client.feed.fell_behind(model)) return {.close = kTryAgainLater, .reason = "fell behind"};
+  return {.text = client.feed.Next(model, NowOf(client))};
 }
 
 bool WebApp::OnTick() {
   if (!parts_.tick()) return false;
   for (auto& [connection, client] : clients_) {
     if (client.player && client.player->Advance(parts_.clock->Now())) {
-      client.feed.Start(client.player->scene(), NowOf(client), true);
+      client.feed.Start(client.player->model(), NowOf(client), true);
     }
   }
   return true;

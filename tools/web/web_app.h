@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "platform/net/web_server.h"
 #include "tools/web/client_stream.h"
@@ -19,28 +20,28 @@
 
 namespace axlecast {
 
-// What a site is made of; what it refers to outlives it.
+// The parts of the application. All must outlive it.
 struct WebSiteParts {
   const Clock* clock = nullptr;
   WebAccess* access = nullptr;
   std::span<const PageFile> files;
-  std::size_t most_clients = 16;
-  WebModel* live = nullptr;  // or, of a log, a player for each browser:
+  std::size_t max_clients = 16;
+  WebModel* live = nullptr;  // for a log, `open_log` returns a player for each browser instead
   std::function<std::unique_ptr<LogPlayer>()> open_log;
-  std::function<bool()> tick;            // takes in what has come; false ends the site
-  std::function<std::string()> problem;  // why it does not work; empty while it does
-  std::function<std::string()> metrics;  // none: there are no metrics
+  std::function<bool()> tick;            // processes received messages; false ends the application
+  std::function<std::string()> problem;  // why it does not work, or empty
+  std::function<std::string()> metrics;  // null: no metrics
 };
 
-// What `axlecast web` answers: the page's files, its WebSockets, metrics and health. Nothing of it reaches a device.
+// Serves the page's files, its WebSockets, metrics and health. No request reaches a device.
 class WebApp final : public WebServices {
  public:
-  // Frames of one browser that are taken in a second.
+  // Maximum frames per second from one browser.
   static constexpr int kMaxFrames = 50;
 
   explicit WebApp(WebSiteParts parts) : parts_(std::move(parts)) {}
 
-  // What every answer is to carry.
+  // Returns the headers of every answer.
   [[nodiscard]] static std::vector<std::pair<std::string, std::string>> SecurityHeaders();
 
   [[nodiscard]] WebAnswer OnRequest(const WebRequest& request) override;
@@ -56,9 +57,9 @@ class WebApp final : public WebServices {
   struct Client {
     ClientStream feed;
     std::unique_ptr<LogPlayer> player;  // of a log
-    WebPlayback told;
-    MonoNs told_at = 0;
-    MonoNs window = 0;  // when the second began in which its frames are counted
+    WebPlayback playback;               // as last sent
+    MonoNs playback_sent = 0;
+    MonoNs window = 0;  // start of the second in which its frames are counted
     int frames = 0;
     bool too_many = false;
   };
@@ -70,13 +71,13 @@ class WebApp final : public WebServices {
   [[nodiscard]] WebAnswer Metrics(const WebRequest& request) const;
   [[nodiscard]] WebAnswer Health() const;
   [[nodiscard]] const PageFile* Find(std::string_view name) const;
-  [[nodiscard]] WebModel& SceneOf(Client& client) const {
-    return client.player ? client.player->scene() : *parts_.live;
+  [[nodiscard]] WebModel& ModelOf(Client& client) const {
+    return client.player ? client.player->model() : *parts_.live;
   }
   [[nodiscard]] WebTimestamp NowOf(const Client& client) const;
   [[nodiscard]] bool TakesFrame(Client& client) const;
-  [[nodiscard]] bool TellsPlayback(Client& client) const;
-  [[nodiscard]] std::string Obey(Client& client, const PageRequest& request) const;
+  [[nodiscard]] bool PlaybackIsDue(Client& client) const;
+  [[nodiscard]] Result<> Execute(Client& client, const PageRequest& request) const;
 
   WebSiteParts parts_;
   std::map<WebConnection, Client> clients_;

@@ -30,8 +30,8 @@ class WebSiteTest : public ::testing::Test {
     parts.clock = &clock_;
     parts.access = access_.get();
     parts.files = files_;
-    parts.most_clients = 2;
-    parts.live = &scene_;
+    parts.max_clients = 2;
+    parts.live = &model_;
     parts.tick = [] { return true; };
     parts.problem = [this] { return problem_; };
     parts.metrics = [] { return std::string("axlecast_up 1\n"); };
@@ -62,7 +62,7 @@ class WebSiteTest : public ::testing::Test {
 
   FakeClock clock_;
   MachineConfig machine_ = OneAxis();
-  WebModel scene_{machine_, "1", std::nullopt};
+  WebModel model_{machine_, "1", std::nullopt};
   std::array<PageFile, 3> files_ = {PageFile{"index.html", "text/html; charset=utf-8", "\"abc\"", "<p>the page"},
                                     PageFile{"login.html", "text/html; charset=utf-8", "\"def\"", "<p>sign in"},
                                     PageFile{"main.js", "text/javascript; charset=utf-8", "\"123\"", "main()"}};
@@ -185,7 +185,7 @@ TEST_F(WebSiteTest, AnswersWhatAPageAsksFor) {
   EXPECT_EQ(NextType(1), "error");
   site_->OnFrame(1, R"({"type":"subscribe","devices":["axis1"]})");
   EXPECT_EQ(NextType(1), "");
-  scene_.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), {clock_.Now(), clock_.UtcMicroseconds()});
+  model_.OnMessage("POSITION/axis1", Encoded(PositionMessage(0)), {clock_.Now(), clock_.UtcMicroseconds()});
   EXPECT_EQ(NextType(1), "samples");
   EXPECT_EQ(NextType(2), "");  // nobody
 }

@@ -1,8 +1,6 @@
 #include "tools/web/web_model.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -83,7 +81,7 @@ const std::string& WebModel::State(WebTimestamp now) {
 std::vector<std::string> WebModel::Past(std::int64_t utime) const {
   std::vector<std::string> frames;
   const auto add = [&frames](const std::string& name, const AlarmView& alarms) {
-    const std::int64_t changed = alarms.changes().empty() ? 0 : alarms.changes().back().utime;
+    const std::int64_t changed = alarms.changes().empty() ? 0 : alarms.changes().back().unix_us;
     if (alarms.received()) frames.push_back(AlarmsFrame(name, alarms, changed, {}));
   };
   for (const DeviceView& device : monitor_.machine().devices()) add(device.name, device.alarms);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
@@ -17,17 +17,6 @@ std::int64_t ReadInt64(Bytes bytes, std::size_t offset) {
 }
 
 }  // namespace
-
-std::string HexDigits(Bytes bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  text.reserve(2 * bytes.size());
-  for (const std::uint8_t byte : bytes) {
-    text += kDigits[byte >> 4U];
-    text += kDigits[byte & 0xFU];
-  }
-  return text;
-}
 
 nlohmann::ordered_json Field(double value) {
   if (!std::isfinite(value)) return nullptr;

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/text.h"
+#include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
 
 // How the values of LCM messages look in JSON; used by the generated message_json.cpp.
-
-[[nodiscard]] std::string HexDigits(Bytes bytes);  // lower case, no spaces
 
 [[nodiscard]] inline nlohmann::ordered_json Field(std::integral auto value) {
   return static_cast<std::int64_t>(value);
@@ -27,13 +27,6 @@ namespace axlecast {
 
 [[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
 [[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
-
-// A constant of a .lcm file: UNIT_MM = 4 is {4, "mm"}.
-struct NumberName {
-  std::int32_t number;
-  std::string_view name;
-};
-using NumberNames = std::span<const NumberName>;
 
 // The number's name; null when it has none, e.g. that of a newer version.
 [[nodiscard]] nlohmann::ordered_json NameField(std::int64_t number, NumberNames names);

@@ -113,7 +113,7 @@ def words_of(package, struct, prefix):
 
 
 def named(package, struct, field, value, width):
-    """The field that stands behind this one, and what is in it."""
+    """The field after this one, and its content."""
     key, of, prefix = NAMES[struct, field]
     words = words_of(package, of, prefix)
 

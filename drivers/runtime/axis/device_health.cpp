@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "core/base/text.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

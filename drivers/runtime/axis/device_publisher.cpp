@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
 #include "drivers/runtime/axis/motor_output.h"

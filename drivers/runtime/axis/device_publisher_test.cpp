@@ -3,7 +3,7 @@
 #include <axlecast/device_info_t.hpp>
 #include <cmath>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "drivers/runtime/axis/axis_fixture.h"
 #include "drivers/runtime/axis/device_publisher.h"
 

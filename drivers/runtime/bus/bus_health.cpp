@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
 #include "core/device/can.h"
 

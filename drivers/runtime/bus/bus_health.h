@@ -28,7 +28,7 @@ struct CanHealth {
   std::string_view trouble;          // the text of this alarm, with what to do on this machine
 };
 
-// Determines the alarms of a CAN bus (runtime_alarms.h) from successive states of its controller, and what the operator can
+// Determines the alarms of a CAN bus (alarm_codes.h) from successive states of its controller, and what the operator can
 // do. An alarm stays for 5 s after its cause was last seen, so that an alarm that flickers can be read.
 class CanWatch {
  public:

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "drivers/runtime/bus/bus_health.h"
 #include "tests/support/memory_sink.h"
 #include "tests/support/polled_device.h"

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "core/base/time.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/device/step.h"
 #include "core/messages/message.h"
 

@@ -7,7 +7,7 @@
 
 #include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "drivers/kit/arguments.h"
 
 namespace axlecast {

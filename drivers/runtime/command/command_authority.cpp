@@ -5,7 +5,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <cstdio>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/messages/message.h"
 
 namespace axlecast {

@@ -1,7 +1,7 @@
 #include "drivers/runtime/command/command_status_table.h"
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 
 namespace axlecast {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/base/time.h"
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/device/operation.h"
 #include "core/messages/message.h"
 

@@ -11,8 +11,7 @@
 #include <utility>
 
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/command/command_authority.h"
@@ -107,9 +106,7 @@ Result<> DriverCommandServer::State::Check(const driver_order_t& order) {
     return Failure("the bridge executes this operation, not a driver: send it to the bridge",
                    Reason::REASON_UNKNOWN_OPERATION);
   }
-  if (const auto refusal = CheckArguments(*operation, order.arguments)) {
-    return Failure(refusal->text, refusal->reason);
-  }
+  if (const auto checked = CheckArguments(*operation, order.arguments); !checked) return Failure(checked.error());
   if (order.valid_ms < 1 || order.valid_ms > kMaxValidMs) {
     return Failure("valid_ms is " + std::to_string(order.valid_ms) + ", outside 1..3600000",
                    Reason::REASON_MALFORMED);

@@ -12,7 +12,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/command/device_summary.h"
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
 #include "core/device/operation.h"

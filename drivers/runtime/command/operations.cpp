@@ -4,8 +4,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/device_info_t.hpp>
 
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/device/operation.h"
 #include "core/messages/enum_names.h"
 #include "drivers/kit/command_runner.h"

@@ -4,7 +4,7 @@
 #include <axlecast/driver_status_t.hpp>
 #include <utility>
 
-#include "core/alarm/runtime_alarms.h"
+#include "core/alarm/alarm_codes.h"
 #include "core/base/secret.h"
 #include "core/device/link.h"
 #include "core/messages/message.h"
@@ -185,7 +185,7 @@ void Driver::WatchUnauthorized() {
                                        " commands were refused without an answer: " +
                                        std::string(command_server_.Rule()) + "; find who sends them");
   }
-  RaiseForAll(runtime_alarms::kForeignOrder, unauthorized_.present());
+  RaiseForAll(runtime_alarms::kUnauthorizedCommand, unauthorized_.present());
 }
 
 void Driver::WatchLateReplies() {

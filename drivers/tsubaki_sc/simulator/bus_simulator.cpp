@@ -16,7 +16,7 @@ constexpr std::int64_t kBitsPerCharacter = 11;  // start, 8 data, even parity, s
 constexpr std::int64_t kBitsPerSecond = 9600;
 constexpr MonoNs kSilentInterval = 5 * kMillisecond;  // guideline 4, note 1
 constexpr MonoNs kCommandPause = 100 * kMillisecond;  // guideline 3
-constexpr MonoNs kLook = kSecond;                     // how often the units advance without a request
+constexpr MonoNs kLook = kSecond;                     // the interval at which the units advance without a request
 constexpr std::size_t kLongestFrame = 256;
 constexpr std::size_t kShortestFrame = 4;
 
@@ -122,7 +122,7 @@ void BusSimulator::FinishFrame(MonoNs now, const Transmit& transmit) {
 
 void BusSimulator::Take(Bytes frame, MonoNs now, const Transmit& transmit) {
   const std::uint8_t address = frame[0];
-  // Of a command that is dropped or not answered the pause counts from its own end.
+  // The pause after a command that is dropped or not answered counts from the end of the command.
   const MonoNs tolerance = rules_.reading == LineRules::Reading::kL ? rules_.tolerance : 0;
   bool anybody = address == 0;
   for (Station& station : units()) {
@@ -159,7 +159,7 @@ void BusSimulator::Offer(Station& station, Bytes frame, MonoNs now, const Transm
   if (fault.line.kind == Kind::kRequestFlip) {
     std::vector<std::uint8_t> heard(frame.begin(), frame.end());
     const bool hit = FlipBits(heard, 9, fault.line.amount, station.random);
-    // Parity and error check find it.
+    // Parity and error check detect it.
     if (hit || !std::equal(heard.begin(), heard.end(), frame.begin())) {
       ++station.counters.dropped_line;
       return;
@@ -249,7 +249,7 @@ using simulator::LineRules;
 using simulator::SimulatedUnit;
 using simulator::Station;
 
-// Of the bus as a whole, beside its units.
+// The key of the whole bus; the other keys are units.
 constexpr std::string_view kTiming = "timing";
 
 MonoNs Milliseconds(ConfigMap& map, std::string_view key, MonoNs usual, double min, double max) {

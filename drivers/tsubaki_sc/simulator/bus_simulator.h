@@ -128,7 +128,7 @@ class BusSimulator final : public UnitSimulator<Station> {
   bool baud_fits_ = true;
   MonoNs next_look_ = 0;
 
-  std::vector<std::uint8_t> frame_;  // what has come of a command
+  std::vector<std::uint8_t> frame_;  // of the command so far
   Interval frame_at_;                // on the wire
   MonoNs frame_ends_ = kNever;       // it is complete if no byte comes before
   bool run_together_ = false;        // without silence before it

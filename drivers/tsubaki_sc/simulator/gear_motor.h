@@ -73,7 +73,7 @@ class GearMotor {
   void Stop() { running_ = false; }
   [[nodiscard]] bool running() const { return running_; }
 
-  // Electric power at nominal speed, W; sets the torque.
+  // Sets the torque from the electric power in W at nominal speed.
   void SetLoad(double watts) {
     profile_ = {};
     settings.torque_nm = watts / WattsPerNm();
@@ -88,7 +88,7 @@ class GearMotor {
   }
   [[nodiscard]] const LoadProfile& profile() const { return profile_; }
   void SetTemperature(double celsius) { temperature_c_ = celsius; }
-  // A blow on axis 0, 1 or 2 for kShockLasts.
+  // Starts a shock on axis 0, 1 or 2 that lasts kShockLasts.
   void Shock(std::size_t axis, double mps2, MonoNs now) {
     shock_axis_ = axis;
     shock_mps2_ = mps2;

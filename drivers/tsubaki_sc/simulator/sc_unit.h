@@ -38,10 +38,10 @@ struct Block {
 
   [[nodiscard]] std::uint32_t size() const { return last - first + 1U; }
 };
-// The block that holds the address; null when the unit has no such address.
+// Returns the block that holds the address; null if the unit has no such address.
 [[nodiscard]] const Block* BlockAt(Space space, std::uint16_t address);
 
-// Lower and upper limit of a parameter, guideline 11.
+// Lower and upper limit of a parameter: guideline 11.
 struct Range {
   std::uint16_t low = 0;
   std::uint16_t high = 0;
@@ -58,27 +58,27 @@ struct WrittenPassword {
 };
 [[nodiscard]] WrittenPassword Unpadded(const Characters& characters);
 
-// Who may write. The login is lost with the power; the password is not.
+// The login state and the password. A power-off ends the login and keeps the password.
 class Access {
  public:
-  // The right password logs in, or out of a login; another one changes nothing: false.
+  // The right password changes the login state. Returns false for another one, which changes nothing.
   [[nodiscard]] bool Authenticate(std::string_view password);
   void LogOut() { logged_in_ = false; }
   [[nodiscard]] bool logged_in() const { return logged_in_; }
 
   void SetPassword(std::string password) { password_ = std::move(password); }
-  [[nodiscard]] Characters password() const;  // NUL behind it
+  [[nodiscard]] Characters password() const;  // padded with NUL
 
  private:
   std::string password_ = "password";  // guideline 2
   bool logged_in_ = false;
 };
 
-// One SC unit with its motor as the communication guideline describes it, without its line. What the guideline leaves
-// open is decided in README.md of this folder.
+// One SC unit with its motor as the communication guideline describes it, without its line. README.md of this folder
+// states what the guideline does not define.
 class ScUnit {
  public:
-  // What else can happen on a write of a parameter out of its range: the guideline does not define it.
+  // The reaction to a write of a parameter out of its range: the guideline does not define it.
   enum class OutOfRange : std::uint8_t { kRefuse, kKeep, kClamp };
   struct Settings {
     int dip_set = 1;  // 1..4
@@ -90,7 +90,7 @@ class ScUnit {
     bool low_byte_first = false;       // of a register on the line
     bool low_character_first = false;  // of the two characters in a register
   };
-  // What was done to it since it came into being.
+  // What was done to the unit since the start.
   struct Effects {
     std::int64_t starts = 0;
     std::int64_t stops = 0;
@@ -109,16 +109,16 @@ class ScUnit {
 
   explicit ScUnit(std::uint64_t seed);
 
-  // Time begins with the first call, and with it the unit is powered on; it never runs backwards.
+  // The first call powers the unit on. Time must not run backwards.
   void Advance(MonoNs now);
   [[nodiscard]] MonoNs now() const { return now_; }
 
   void SetPower(bool on);
   [[nodiscard]] bool powered() const { return powered_; }
   void ResetTrip() { motor_status_ = 0; }  // the motor stays stopped until it is started
-  // Trips a running motor now by one cause, with a last log sample that shows it. False when none runs.
+  // Trips the motor now by one cause, with a last log sample that shows it. Returns false if the motor does not run.
   [[nodiscard]] bool ForceTrip(std::uint16_t cause);
-  // The instantaneous data stay as they are, whatever the motor does.
+  // Freezes the instantaneous data, whatever the motor does.
   void SetStuck(bool stuck);
   void PresetParameter(std::uint16_t address, std::uint16_t value) { parameters_.at(address) = value; }
 
@@ -129,10 +129,10 @@ class ScUnit {
   [[nodiscard]] std::uint16_t HoldingRegister(std::uint16_t address) const;
   void WriteCoil(std::uint16_t address, bool on);
   void WriteParameter(std::uint16_t address, std::uint16_t value);
-  // False, and nothing done, when it is not the password.
+  // Returns false and does nothing if the password is wrong.
   [[nodiscard]] bool WriteLogin(const std::string& password);
   void WritePassword(std::string password);
-  // Two characters as a register of this unit.
+  // Returns two characters as a register of this unit.
   [[nodiscard]] std::uint16_t Pair(std::uint8_t first, std::uint8_t second) const;
 
   [[nodiscard]] Limits CurrentLimits() const;
@@ -151,7 +151,7 @@ class ScUnit {
   bool begun_ = false;
   bool powered_ = true;
   MonoNs now_ = 0;
-  MonoNs stepped_ = 0;  // the steps are a grid from the beginning on
+  MonoNs stepped_ = 0;  // the last step; steps are a grid from the start
   std::array<std::uint16_t, kParameterCount> parameters_{};
   bool stop_ = false;  // the coil
   std::uint16_t motor_status_ = 0;
@@ -170,7 +170,7 @@ enum class ErrorCode : std::uint8_t { kFunction = 1, kAddress = 2, kData = 3, kL
 // Guideline 4, notes 1-7.
 [[nodiscard]] std::uint16_t ErrorCheck(Bytes message);
 
-// Length of the command that begins so, address and error check included; 0 while that is not known, or if the
+// Returns the length of the command that begins so, with address and error check; 0 if it is not known yet, or if the
 // function is not in guideline 6.
 [[nodiscard]] std::size_t CommandLength(Bytes so_far);
 
@@ -178,7 +178,7 @@ enum class ErrorCode : std::uint8_t { kFunction = 1, kAddress = 2, kData = 3, kL
 [[nodiscard]] std::vector<std::uint8_t> Execute(ScUnit& unit, Bytes command);
 [[nodiscard]] std::vector<std::uint8_t> ErrorResponse(std::uint8_t function, std::uint8_t code);
 
-// Whether a broadcast of this function is processed (guideline 6, note 2).
+// Returns whether a broadcast of this function is processed (guideline 6, note 2).
 [[nodiscard]] bool IsWrite(std::uint8_t function);
 
 }  // namespace axlecast::tsubaki_sc::simulator

@@ -90,7 +90,7 @@ WrittenPassword PasswordIn(const ScUnit& unit, Bytes data) {
   return Unpadded(characters);
 }
 
-// ---- what is wrong, in the order of the discovery priority ----
+// ---- checks, in the order of their error codes ----
 
 bool AddressFits(const Command& command, const Block* block) {
   if (block == nullptr) return false;
@@ -129,7 +129,7 @@ bool LoginFits(const ScUnit& unit, const Command& command, const Block& block) {
   return !holding || block.first != kPassword;
 }
 
-// ---- carrying out ----
+// ---- execution ----
 
 Response Read(const ScUnit& unit, const Command& command) {
   Response response = {command.function->code, 0};
@@ -148,7 +148,7 @@ Response Read(const ScUnit& unit, const Command& command) {
   return response;
 }
 
-// False: the password was not the right one.
+// Returns false if the password was wrong.
 bool Write(ScUnit& unit, const Command& command, const Block& block) {
   if (command.function->space == Space::kCoil) {
     unit.WriteCoil(command.start, (command.data[0] & (command.function->multiple ? 0x01U : 0xFFU)) != 0);

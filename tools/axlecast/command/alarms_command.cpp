@@ -1,4 +1,5 @@
 #include "tools/axlecast/command/alarms_command.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,15 +11,12 @@
 #include "core/alarm/alarm_table.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
@@ -30,8 +28,8 @@ using Json = nlohmann::ordered_json;
 using Kind = AlarmMark::Kind;
 
 std::optional<AlarmMark> Find(const std::vector<AlarmMark>& marks, Kind kind, const std::string& alarm) {
-  const auto found = std::find_if(marks.begin(), marks.end(),
-                                  [&](const AlarmMark& mark) { return mark.kind == kind && mark.alarm == alarm; });
+  const auto found =
+      std::ranges::find_if(marks, [&](const AlarmMark& mark) { return mark.kind == kind && mark.alarm == alarm; });
   return found == marks.end() ? std::nullopt : std::optional(*found);
 }
 
@@ -60,8 +58,8 @@ void AddDevice(const DeviceView& device, const std::vector<AlarmMark>& marks, Mo
   }
   list.not_shown += static_cast<int>(device.alarms.total() - device.alarms.entries().size());
   for (const AlarmMark& mark : marks) {
-    const bool listed = std::any_of(device.alarms.entries().begin(), device.alarms.entries().end(),
-                                    [&](const alarm_entry_t& entry) { return entry.name == mark.alarm; });
+    const bool listed = std::ranges::any_of(device.alarms.entries(),
+                                            [&](const alarm_entry_t& entry) { return entry.name == mark.alarm; });
     if (mark.kind == Kind::kShelved && !listed) list.idle_shelves.emplace_back(device.name, mark);
   }
 }
@@ -115,7 +113,7 @@ Result<MarksByDevice> ReadMarks(const MachineView& view, const std::string& jour
   MarksByDevice marks;
   HistoryReader reader(journal);
   for (const DeviceView& device : view.devices()) marks[device.name] = reader.AlarmMarks(device.name);
-  if (!reader.problem().empty()) return Failure(reader.problem());
+  if (!reader.state()) return Failure(reader.state().error());
   return marks;
 }
 
@@ -123,9 +121,8 @@ int List(const MachineConfig& machine, const ListOptions& options) {
   const SystemClock clock;
   const MonoNs start = clock.Now();
   const auto view = Observe(machine, clock, kTimeout, [&](const MachineView& seen) {
-    const bool devices = std::all_of(seen.devices().begin(), seen.devices().end(), [](const DeviceView& device) {
-      return device.info && device.alarms.received();
-    });
+    const bool devices = std::ranges::all_of(
+        seen.devices(), [](const DeviceView& device) { return device.info && device.alarms.received(); });
     return devices && (seen.bridge().received() || clock.Now() - start > kBridgeWait);
   });
   if (!view) return Fail(view.error().text, kExitBad);
@@ -224,7 +221,7 @@ AlarmList MakeAlarmList(const MachineView& machine, const MarksByDevice& marks, 
   for (const alarm_entry_t& entry : machine.bridge().entries()) {
     if (machine.bridge().Fresh(now)) list.alarms.push_back({.device = "bridge", .entry = entry});
   }
-  std::stable_sort(list.alarms.begin(), list.alarms.end(), Before);
+  std::ranges::stable_sort(list.alarms, Before);
   return list;
 }
 

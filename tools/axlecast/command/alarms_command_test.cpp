@@ -18,7 +18,7 @@ constexpr std::int64_t kTime = 1'700'000'000'000'000;  // us: 2023-11-14 22:13:2
 E Entry(const std::string& name, std::int8_t severity, std::int8_t state, std::int64_t first_utime = kTime) {
   E entry{};
   entry.name = name;
-  entry.action = "Mend it.";
+  entry.action = "Fix it.";
   entry.severity = severity;
   entry.state = state;
   entry.first_utime = first_utime;

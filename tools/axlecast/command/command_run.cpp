@@ -4,11 +4,10 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "client/command/client_key.h"
+#include "client/command/signed_messages.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
@@ -16,32 +15,15 @@
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/memory_cells.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
 namespace axlecast {
 namespace {
 
-std::string KnownArguments(const OperationSpec& operation) {
-  std::vector<std::string> names;
-  for (const ArgumentSpec& argument : operation.arguments) names.emplace_back(argument.name);
-  return names.empty() ? "it takes no arguments" : "arguments: " + Listed(names);
-}
-
-bool Takes(const OperationSpec& operation, const std::string& key) {
-  return std::any_of(operation.arguments.begin(), operation.arguments.end(),
-                     [&key](const ArgumentSpec& argument) { return argument.name == key; });
-}
-
-bool Holds(const CommandRequest& request, std::string_view key) {
-  return std::any_of(request.arguments.begin(), request.arguments.end(),
-                     [key](const auto& argument) { return argument.first == key; });
-}
-
 bool Has(const Family& family, std::string_view operation) {
-  return std::any_of(family.operations.begin(), family.operations.end(),
-                     [operation](const OperationSpec& known) { return known.name == operation; });
+  return std::ranges::find(family.operations, operation, &OperationSpec::name) != family.operations.end();
 }
 
 std::string DevicesWith(const MachineConfig& machine, std::string_view operation) {
@@ -54,26 +36,18 @@ std::string DevicesWith(const MachineConfig& machine, std::string_view operation
                        : "devices of this machine that have it: " + Listed(names);
 }
 
-bool HasZero(const Family& family) {
-  return std::any_of(family.operations.begin(), family.operations.end(),
-                     [](const OperationSpec& known) { return known.name.starts_with("zero"); });
-}
-
-bool IsOfSomeFamily(const std::string& operation) {
-  return std::any_of(Families().begin(), Families().end(),
-                     [&operation](const Family* family) { return Has(*family, operation); });
-}
-
 // Returns a hint that helps more than a list of operations, or an empty text. A device without zero needs a software
 // datum. An operation of other families belongs to other devices.
 std::string Hint(const MachineConfig& machine, const BusConfig& bus, const std::string& device,
                  const std::string& operation) {
   const Family& family = *bus.family;
-  if (operation.starts_with("zero") && family.has_position && !HasZero(family)) {
+  const bool has_zero = std::ranges::any_of(
+      family.operations, [](const OperationSpec& known) { return known.name.starts_with("zero"); });
+  if (operation.starts_with("zero") && family.has_position && !has_zero) {
     return ": encoders of " + std::string(family.name) + " keep no zero. Set one in software: axlecast home " +
            device + " --value 0";
   }
-  if (!IsOfSomeFamily(operation)) return "";
+  if (std::ranges::none_of(Families(), [&](const Family* other) { return Has(*other, operation); })) return "";
   return std::string(family.has_position ? ": it is an encoder (" : ": it is a monitor of motors (") +
          std::string(family.name) + "); " + DevicesWith(machine, operation);
 }
@@ -225,22 +199,15 @@ Result<FoundOperation> FindOperation(const MachineConfig& machine, const std::st
 
 Result<> SetArguments(const OperationSpec& operation, const std::vector<std::string>& words,
                       CommandRequest& request) {
-  for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    if (equals == std::string::npos || equals == 0) return Failure(Quoted(word) + " is no key=value");
-    const std::string key = word.substr(0, equals);
-    if (!Takes(operation, key)) {
-      return Failure(std::string(operation.name) + " takes no " + Quoted(key) + "; " + KnownArguments(operation));
-    }
-    if (Holds(request, key)) return Failure(Quoted(key) + " is given twice");
-    request.arguments.emplace_back(key, word.substr(equals + 1));
+  std::vector<argument_t> arguments(words.size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::size_t equals = words[i].find('=');
+    if (equals == std::string::npos || equals == 0) return Failure(Quoted(words[i]) + " is no key=value");
+    arguments[i].key = words[i].substr(0, equals);
+    arguments[i].value = words[i].substr(equals + 1);
+    request.arguments.emplace_back(arguments[i].key, arguments[i].value);
   }
-  for (const ArgumentSpec& argument : operation.arguments) {
-    if (argument.required && !Holds(request, argument.name)) {
-      return Failure(std::string(operation.name) + " needs " + std::string(argument.name) + "=... (" +
-                     std::string(argument.help) + ")");
-    }
-  }
+  if (const auto refused = CheckArguments(operation, arguments)) return Failure(refused->text);
   return {};
 }
 
@@ -277,10 +244,7 @@ OperatorClient::OperatorClient(const MachineConfig& machine, const std::string& 
   if (show_progress) client_.OnStatus(PrintProgress);
 }
 
-Result<> OperatorClient::state() const {
-  if (client_.problem().empty()) return {};
-  return Failure(client_.problem());
-}
+Result<> OperatorClient::state() const { return client_.state(); }
 
 CommandResult OperatorClient::Execute(const CommandRequest& request) {
   const SystemClock clock;

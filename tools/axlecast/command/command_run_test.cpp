@@ -85,14 +85,15 @@ TEST(SetArguments, KeepsOrderAndEmptyValues) {
 TEST(SetArguments, RefusesWhatTheOperationDoesNotTake) {
   CommandRequest request;
   EXPECT_EQ(SetArguments(Operations()[1], {"addres=3"}, request).error().text,
-            "read takes no 'addres'; arguments: address, count");
+            "unknown argument addres: read takes address, count (optional)");
   EXPECT_EQ(SetArguments(Operations()[1], {"address"}, request).error().text, "'address' is no key=value");
   EXPECT_EQ(SetArguments(Operations()[1], {"=3"}, request).error().text, "'=3' is no key=value");
   EXPECT_EQ(SetArguments(Operations()[0], {"a=3"}, request).error().text,
-            "zero takes no 'a'; it takes no arguments");
-  EXPECT_EQ(SetArguments(Operations()[1], {}, request).error().text, "read needs address=... (0..79)");
+            "unknown argument a: zero takes no argument");
+  EXPECT_EQ(SetArguments(Operations()[1], {}, request).error().text,
+            "argument address is missing: read takes address, count (optional)");
   EXPECT_EQ(SetArguments(Operations()[1], {"address=1", "address=2"}, request).error().text,
-            "'address' is given twice");
+            "argument address is given twice: give it once");
 }
 
 TEST(OperationList, TellsHelpArgumentsAndCheck) {

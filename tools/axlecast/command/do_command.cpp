@@ -6,12 +6,10 @@
 #include <string>
 
 #include "core/alarm/alarm_table.h"
-#include "core/command/command_id.h"
-#include "core/command/operation_check.h"
+#include "core/command/commands.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 
@@ -36,7 +34,7 @@ int Run(const MachineConfig& machine, const Options& options) { return RunComman
 // A subcommand that runs one operation on a device.
 struct Verb {
   const char* name;
-  const char* operation;
+  std::string_view operation;
   const char* summary;
   std::string footer;  // before the exit codes
   bool has_yes = true;
@@ -224,7 +222,7 @@ void AddDatumUndo(CLI::App& datum, int& exit_code) {
 void AddShelvingCommands(CLI::App& app, int& exit_code) {
   AddVerb(app, exit_code,
           {.name = "shelve",
-           .operation = kShelveAlarm.data(),
+           .operation = kShelveAlarm,
            .summary = "Shelve an alarm for a time, with a reason. This does not clear it",
            .footer = "short for: axlecast do DEVICE shelve_alarm alarm=ALARM seconds=S\n"
                      "example: axlecast shelve axis1 battery_alarm --for 8h --reason \"battery comes at 14:00\"\n"
@@ -254,7 +252,7 @@ void AddShelvingCommands(CLI::App& app, int& exit_code) {
       ->required();
   AddVerb(app, exit_code,
           {.name = "unshelve",
-           .operation = kUnshelveAlarm.data(),
+           .operation = kUnshelveAlarm,
            .summary = "Unshelve an alarm before its time",
            .footer = "short for: axlecast do DEVICE unshelve_alarm alarm=ALARM\n"
                      "example: axlecast unshelve axis1 battery_alarm\n",

@@ -4,7 +4,7 @@
 
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
@@ -217,8 +217,8 @@ Json CommandJson(const CommandRow& command, const std::vector<CommandStep>& step
 std::int64_t WriteBudget(const MachineConfig& machine, std::string_view device) {
   const BusConfig* bus = machine.BusOf(device);
   if (bus == nullptr) return 0;
-  const auto found = std::find_if(bus->devices.begin(), bus->devices.end(),
-                                  [device](const DeviceConfig& config) { return config.name == device; });
+  const auto found =
+      std::ranges::find_if(bus->devices, [device](const DeviceConfig& config) { return config.name == device; });
   return found == bus->devices.end() || !found->settings ? 0 : found->settings->write_budget;
 }
 

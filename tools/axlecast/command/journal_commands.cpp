@@ -1,4 +1,4 @@
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,14 +10,13 @@
 
 #include "core/base/result.h"
 #include "core/base/utc_text.h"
-#include "core/command/command_id.h"
+#include "core/command/commands.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 
@@ -71,7 +70,7 @@ int ShowDatums(const DatumOptions& options) {
   if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
   std::vector<DeviceRecord> devices = reader.Devices();
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (!options.device.empty()) {
     std::erase_if(devices, [&](const DeviceRecord& device) { return device.device != options.device; });
   }
@@ -90,11 +89,11 @@ int ShowDatumHistory(const DatumOptions& options) {
   if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
   const std::vector<DatumHistory> datums = reader.Datums(options.device);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (datums.empty()) {
     const auto devices = reader.Devices();
-    const bool known = std::any_of(devices.begin(), devices.end(),
-                                   [&](const DeviceRecord& device) { return device.device == options.device; });
+    const bool known =
+        std::ranges::any_of(devices, [&](const DeviceRecord& device) { return device.device == options.device; });
     return known ? Fail("no datum of " + options.device + " was ever set", kExitDone)
                  : NothingKnown(*place, options.device);
   }
@@ -178,7 +177,7 @@ Result<> ParseFilter(HistoryOptions& options) {
 
 int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
   const std::vector<CommandRow> found = reader.Commands({.id = options.filter.id, .limit = kCandidates});
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (found.empty())
     return Fail("the journal holds no command whose id begins with " + options.filter.id, kExitBad);
   if (found.size() > 1) {
@@ -187,7 +186,7 @@ int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
     return Fail(several, kExitBad);
   }
   const std::vector<CommandStep> steps = reader.Steps(found.front().number);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   static_cast<void>(WriteOut(options.json ? JsonLine(CommandJson(found.front(), steps)) + '\n'
                                           : CommandText(found.front(), steps)));
   return kExitDone;
@@ -205,8 +204,7 @@ class Listing {
     if (options.events) {
       for (const AxisEvent& event : reader.Events(filter, marks...)) add(event.utime, event);
     }
-    std::stable_sort(lines_.begin(), lines_.end(),
-                     [](const auto& one, const auto& other) { return one.first < other.first; });
+    std::ranges::stable_sort(lines_, [](const auto& one, const auto& other) { return one.first < other.first; });
   }
   // Keeps only the newest. Returns true if some were removed.
   bool Cut(const std::optional<std::int64_t>& limit) {
@@ -233,7 +231,7 @@ int Follow(HistoryReader& reader, const HistoryOptions& options, HistoryReader::
   while (!stop.Wait(kFollowMs)) {
     const HistoryReader::Mark to = reader.Now();
     const Listing listing(reader, filter, options, from, to);
-    if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+    if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
     if (!WriteOut(listing.Text())) break;
     from = to;
   }
@@ -245,7 +243,7 @@ int List(HistoryReader& reader, const HistoryOptions& options) {
   HistoryFilter filter = options.filter;
   if (filter.limit) ++*filter.limit;  // to know whether there are more
   Listing listing(reader, filter, options);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   if (listing.Cut(options.filter.limit)) {
     std::cerr << "the newest " << *options.filter.limit << "; --limit N shows more, --limit 0 all\n";
   }
@@ -260,7 +258,7 @@ int ShowHistory(HistoryOptions options) {
   const auto place = options.journal.Find();
   if (!place) return options.journal.config.Fail(place.error());
   HistoryReader reader(place->file);
-  if (!reader.problem().empty()) return Fail(reader.problem(), kExitBad);
+  if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
   return options.filter.id.empty() ? List(reader, options) : ShowOne(reader, options);
 }
 

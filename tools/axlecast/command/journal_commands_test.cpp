@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "bridge/store/store_fixture.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -72,23 +72,23 @@ class JournalCommands : public StoreTest {
     store_->Outcome(status, At(3601));
     EXPECT_TRUE(store_->Accepted(Command(0xb3), At(7200)));
     store_->Note({kStart + 1'800'000'000, "axis1", "moved_while_off", "by 0.7 turns"});
-    EXPECT_TRUE(store_->SetDatum("axis1", {.counts = 1,
-                                           .utime = kStart,
-                                           .identity = {},
-                                           .value = "0 mm",
-                                           .who = "local",
-                                           .reason = {},
-                                           .void_reason = {}}));
-    EXPECT_TRUE(store_->SetDatum("axis1", {.counts = 4711,
-                                           .utime = kStart,
-                                           .identity = {},
-                                           .value = "123.456 mm",
-                                           .who = "plc",
-                                           .command = NumberedId(0xa1),
-                                           .reason = "homing",
-                                           .void_reason = {}}));
-    EXPECT_TRUE(store_->AddWrites("axis2", 50, kStart));
-    EXPECT_TRUE(store_->SetReferenceLost("axis2", true));
+    EXPECT_TRUE(store_->Apply("axis1", DatumRecord{.counts = 1,
+                                                   .utime = kStart,
+                                                   .identity = {},
+                                                   .value = "0 mm",
+                                                   .who = "local",
+                                                   .reason = {},
+                                                   .void_reason = {}}));
+    EXPECT_TRUE(store_->Apply("axis1", DatumRecord{.counts = 4711,
+                                                   .utime = kStart,
+                                                   .identity = {},
+                                                   .value = "123.456 mm",
+                                                   .who = "plc",
+                                                   .command = NumberedId(0xa1),
+                                                   .reason = "homing",
+                                                   .void_reason = {}}));
+    EXPECT_TRUE(store_->Apply("axis2", WritesAdded{50, kStart}));
+    EXPECT_TRUE(store_->Apply("axis2", ReferenceChanged{true}));
     store_->KeepPosition("axis2", {.counts = -7, .utime = kStart});
     store_->Tick(At(7200));
     std::ofstream(machine_) << kMachine;
@@ -100,7 +100,7 @@ class JournalCommands : public StoreTest {
     int exit_code = kExitDone;
     AddHistoryCommand(app, exit_code);
     AddDatumCommands(app, exit_code);
-    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    std::reverse(words.begin(), words.end());  // as CLI::App::parse requires
     try {
       app.parse(words);
     } catch (const CLI::ParseError& error) {
@@ -260,7 +260,7 @@ TEST_F(JournalCommands, DatumShowTellsOfEachDevice) {
 }
 
 TEST_F(JournalCommands, DatumHistoryTellsOfEachDatum) {
-  ASSERT_TRUE(store_->VoidDatum("axis1", kStart + 60'000'000, "zeroed in the device"));
+  ASSERT_TRUE(store_->Apply("axis1", DatumVoided{kStart + 60'000'000, "zeroed in the device"}));
   const Result result = Run({"datum", "history", "axis1"});
   EXPECT_EQ(result.exit_code, kExitDone);
   EXPECT_EQ(result.out,

@@ -78,9 +78,9 @@ Result<MemoryFile> ParseMemoryFile(std::string_view text) {
   return file;
 }
 
-std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& wanted, std::size_t max_cells) {
+std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& target, std::size_t max_cells) {
   std::vector<CellRun> runs;
-  for (const auto& [address, byte] : wanted) {
+  for (const auto& [address, byte] : target) {
     const auto now = present.find(address);
     if (now == present.end() || now->second == byte) continue;
     const bool continues = !runs.empty() && runs.back().address + runs.back().after.size() == address &&

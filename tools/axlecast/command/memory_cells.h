@@ -37,8 +37,8 @@ struct CellRun {
   std::vector<std::uint8_t> before;
   std::vector<std::uint8_t> after;
 };
-// Returns the cells of `wanted` that have another byte in `present`, at most `max_cells` in one run.
-[[nodiscard]] std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& wanted,
+// Returns the cells of `target` that have another byte in `present`, at most `max_cells` in one run.
+[[nodiscard]] std::vector<CellRun> CellRuns(const MemoryCells& present, const MemoryCells& target,
                                             std::size_t max_cells);
 
 }  // namespace axlecast

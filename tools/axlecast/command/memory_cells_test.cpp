@@ -54,14 +54,14 @@ TEST(MemoryFile, MistakesHaveTheirLine) {
 
 TEST(CellRuns, NeighboursThatDiffer) {
   const MemoryCells present = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 5}};
-  const MemoryCells wanted = {{0, 9}, {1, 9}, {2, 3}, {3, 9}, {4, 5}, {5, 9}};
-  const std::vector<CellRun> runs = CellRuns(present, wanted, 20);
+  const MemoryCells target = {{0, 9}, {1, 9}, {2, 3}, {3, 9}, {4, 5}, {5, 9}};
+  const std::vector<CellRun> runs = CellRuns(present, target, 20);
   ASSERT_EQ(runs.size(), 2U) << "cell 5 is not present";
   EXPECT_EQ(runs[0].address, 0U);
   EXPECT_THAT(runs[0].before, ElementsAre(1, 2));
   EXPECT_THAT(runs[0].after, ElementsAre(9, 9));
   EXPECT_EQ(runs[1].address, 3U);
-  EXPECT_EQ(CellRuns(present, wanted, 1).size(), 3U);
+  EXPECT_EQ(CellRuns(present, target, 1).size(), 3U);
   EXPECT_TRUE(CellRuns(present, present, 20).empty());
 }
 

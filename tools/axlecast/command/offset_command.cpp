@@ -1,4 +1,5 @@
 #include "tools/axlecast/command/offset_command.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -13,9 +14,7 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 

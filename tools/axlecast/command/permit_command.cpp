@@ -1,5 +1,5 @@
 #include "core/base/result.h"
-#include "tools/axlecast/command/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -10,14 +10,13 @@
 #include <vector>
 
 #include "client/axlecast/permit_issuer.h"
-#include "client/command/client_key.h"
+#include "client/command/signed_messages.h"
 #include "core/command/keys.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
@@ -72,7 +71,8 @@ int Permit(const MachineConfig& machine, const Options& options) {
   const ClientSettings settings = OperatorSettings(machine, options.key, Role::kControl);
   if (const auto usable = CheckKey(machine, settings); !usable) return Fail(usable.error().text, kExitBad);
   PermitIssuer issuer(settings);
-  return issuer.problem().empty() ? Issue(issuer, options) : Fail(issuer.problem(), kExitBad);
+  if (const Result<> usable = issuer.state(); !usable) return Fail(usable.error().text, kExitBad);
+  return Issue(issuer, options);
 }
 
 }  // namespace

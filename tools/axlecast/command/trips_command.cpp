@@ -1,4 +1,6 @@
 #include "tools/axlecast/command/trips_command.h"
+#include "core/base/result.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -10,7 +12,6 @@
 #include <map>
 #include <memory>
 
-#include "core/base/safe_text.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/messages/enum_names.h"
@@ -20,8 +21,6 @@
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/command/subcommands.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/convert/chart.h"
 
@@ -62,7 +61,7 @@ std::string TripTitle(const trip_log_t& trip) {
          (factors.empty() ? "cause unknown" : factors);
 }
 
-std::string TimeText(std::int64_t utime) { return UtcText(utime) + " UTC"; }
+std::string TimeText(std::int64_t unix_us) { return UtcText(unix_us) + " UTC"; }
 
 std::string StartText(const trip_log_t& trip) {
   if (trip.not_before_utime == 0 && trip.not_after_utime == 0) return "at an unknown time";
@@ -152,30 +151,16 @@ struct Options {
   std::string svg;
 };
 
-// Keeps the newest trip log of each index.
-class TripCollector {
- public:
-  void On(Bytes message) {
-    const auto trip = DecodeMessage<trip_log_t>(message);
-    if (trip) newest_[trip->log_index] = *trip;
-    ++received_;
-  }
-  [[nodiscard]] int received() const { return received_; }
-  [[nodiscard]] std::vector<trip_log_t> NewestFirst() const {
-    std::vector<trip_log_t> trips;
-    for (const auto& [index, trip] : newest_) trips.push_back(trip);
-    return trips;
-  }
-
- private:
-  std::map<std::int8_t, trip_log_t> newest_;
-  int received_ = 0;
+// The newest trip log of each index, and the number of received logs.
+struct TripLogs {
+  std::map<std::int8_t, trip_log_t> newest;
+  int received = 0;
 };
 
 // Receives until no trip arrives for kQuietMs. Returns false if the port failed.
-bool Drain(LcmPort& port, const TripCollector& trips) {
-  for (int before = -1; before != trips.received();) {
-    before = trips.received();
+bool Drain(LcmPort& port, const TripLogs& logs) {
+  for (int before = -1; before != logs.received;) {
+    before = logs.received;
     if (!port.Handle(kQuietMs)) return false;
   }
   return true;
@@ -208,18 +193,22 @@ int Run(const MachineConfig& machine, const Options& options) {
   if (const auto found = FindOperation(machine, request.device, request.operation); !found) {
     return Fail(found.error().text, kExitUsage);
   }
-  TripCollector trips;
+  TripLogs logs;
   LcmPort port(machine.lcm.url, machine.lcm.prefix);
   if (port.problem().empty()) {
-    static_cast<void>(port.Subscribe("TRIP/" + request.device,
-                                     [&trips](const std::string&, Bytes message) { trips.On(message); }));
+    static_cast<void>(port.Subscribe("TRIP/" + request.device, [&logs](const std::string&, Bytes message) {
+      if (const auto trip = DecodeMessage<trip_log_t>(message)) logs.newest[trip->log_index] = *trip;
+      ++logs.received;
+    }));
   }
   OperatorClient client(machine, options.command.key, !options.command.json);
   if (!port.problem().empty()) return Fail(port.problem(), kExitBad);
   if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
   const CommandResult result = client.Execute(request);
-  if (Drain(port, trips)) return Report(options, result, trips.NewestFirst());
-  return Fail("the LCM port failed: " + machine.lcm.url, kExitBad);
+  if (!Drain(port, logs)) return Fail("the LCM port failed: " + machine.lcm.url, kExitBad);
+  std::vector<trip_log_t> trips;  // newest first, as their indexes
+  for (const auto& [index, trip] : logs.newest) trips.push_back(trip);
+  return Report(options, result, trips);
 }
 
 }  // namespace
@@ -246,7 +235,7 @@ Result<std::string> TripSvg(const std::string& device, const std::vector<trip_lo
     canvas->DrawText({kLeft, 50}, "no trip is recorded", {});
     return canvas->Finish();
   }
-  const bool in_seconds = std::all_of(trips.begin(), trips.end(), [](const auto& t) { return t.interval_us > 0; });
+  const bool in_seconds = std::ranges::all_of(trips, [](const auto& t) { return t.interval_us > 0; });
   const std::string time_title = std::string("time before the trip, ") + (in_seconds ? "s" : "samples");
   for (std::size_t i = 0; i < std::size(kTripQuantities); ++i) {
     const TripQuantity& quantity = kTripQuantities[i];

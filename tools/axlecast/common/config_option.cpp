@@ -8,7 +8,7 @@
 
 #include "core/base/text.h"
 #include "core/config/load.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
 #include <array>
@@ -29,13 +30,23 @@ std::string DriverProgram(std::string_view family_name) {
   return CompanionProgram(name);
 }
 
-Error Become(const std::vector<std::string>& argv) {
+std::vector<char*> ArgumentPointers(const std::vector<std::string>& argv) {
   std::vector<char*> arguments;
   arguments.reserve(argv.size() + 1);
   for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
+  return arguments;
+}
+
+std::string ExitText(int status) {
+  if (!WIFSIGNALED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
+  const int signal = WTERMSIG(status);
+  return "killed by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
+}
+
+Error Become(const std::vector<std::string>& argv) {
   static_cast<void>(signal(SIGPIPE, SIG_DFL));  // an ignored signal would stay ignored
-  execvp(arguments[0], arguments.data());
+  execvp(argv[0].c_str(), ArgumentPointers(argv).data());
   return Error{"cannot run " + argv[0] + ": " + std::strerror(errno)};
 }
 

@@ -20,6 +20,12 @@ namespace axlecast {
 // Replaces this process by the program. Returns only on failure.
 [[nodiscard]] Error Become(const std::vector<std::string>& argv);
 
+// Returns the arguments for execv. They are valid as long as `argv`.
+[[nodiscard]] std::vector<char*> ArgumentPointers(const std::vector<std::string>& argv);
+
+// Formats how a process ended, from the status of waitpid: "exit code 3", "killed by signal 9 (Killed)".
+[[nodiscard]] std::string ExitText(int status);
+
 // Returns the name of this host, or an empty text.
 [[nodiscard]] std::string HostName();
 

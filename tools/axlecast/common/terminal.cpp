@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/base/safe_text.h"
+#include "core/base/text.h"
 #include "core/messages/json/field.h"
 
 namespace axlecast {

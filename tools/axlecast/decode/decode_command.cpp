@@ -11,7 +11,7 @@
 #include "core/base/result.h"
 #include "core/device/family.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/decode/frame_text.h"
 
 namespace axlecast {
@@ -167,13 +167,12 @@ std::size_t DecodeLines(std::istream& in, FrameDecoder& decoder) {
   return frames;
 }
 
-std::optional<DecodeSettings> SplitSettings(const std::vector<std::string>& texts, std::ostream& err) {
+Result<DecodeSettings> SplitSettings(const std::vector<std::string>& texts) {
   DecodeSettings settings;
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) {
-      err << "axlecast decode: --set '" << text << "': expected key=value, for example --set bits=17\n";
-      return std::nullopt;
+      return Failure("--set '" + text + "': expected key=value, for example --set bits=17");
     }
     settings.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
@@ -207,38 +206,35 @@ const Family* FamilyOf(std::string protocol) {
 }  // namespace
 
 int RunDecode(const DecodeArguments& arguments, std::istream& in, std::ostream& out, std::ostream& err) {
+  const auto report = [&err](const std::string& text, int exit_code) {
+    err << "axlecast decode: " << text << '\n';
+    return exit_code;
+  };
   const Family* family = FamilyOf(arguments.protocol);
   if (family == nullptr || family->decode == nullptr) {
-    err << "axlecast decode: unknown protocol '" << arguments.protocol << "'; known: " << KnownProtocols() << '\n';
-    return kExitUsage;
+    return report("unknown protocol '" + arguments.protocol + "'; known: " + KnownProtocols(), kExitUsage);
   }
   if (arguments.bits && family->link != LinkKind::kSpi) {
-    err << "axlecast decode: --bits is for devices that are clocked bit by bit (" << KnownProtocols(LinkKind::kSpi)
-        << "); frames of " << family->name << " are bytes in hex\n";
-    return kExitUsage;
+    return report("--bits is for devices that are clocked bit by bit (" + KnownProtocols(LinkKind::kSpi) +
+                      "); frames of " + std::string(family->name) + " are bytes in hex",
+                  kExitUsage);
   }
-  std::optional<DecodeSettings> settings = SplitSettings(arguments.settings, err);
-  if (!settings) return kExitUsage;
+  Result<DecodeSettings> settings = SplitSettings(arguments.settings);
+  if (!settings) return report(settings.error().text, kExitUsage);
   FrameDecoder decoder(*family, std::move(*settings), arguments.bits, out);
   if (const auto usable = decoder.CheckSettings(); !usable) {
-    err << "axlecast decode: --set " << usable.error().text << '\n';
-    return kExitUsage;
+    return report("--set " + usable.error().text, kExitUsage);
   }
 
   for (const std::string& frame : arguments.frames) decoder.Decode(frame, "");
   if (arguments.frames.empty() && DecodeLines(in, decoder) == 0 && decoder.can_write()) {
-    err << "axlecast decode: no frames in the input\n";
+    static_cast<void>(report("no frames in the input", kExitDone));
   }
   out.flush();
-  if (!out) {
-    err << "axlecast decode: the output could not be written\n";
-    return kExitFailed;
-  }
+  if (!out) return report("the output could not be written", kExitFailed);
   if (decoder.all_good()) return kExitDone;
-  if (LooksUnquoted(arguments)) {
-    err << "axlecast decode: each argument is one frame; put the groups of one frame between quotes\n";
-  }
-  return kExitBad;
+  if (!LooksUnquoted(arguments)) return kExitBad;
+  return report("each argument is one frame; put the groups of one frame between quotes", kExitBad);
 }
 
 void AddDecodeCommand(CLI::App& app, int& exit_code) {

@@ -1,11 +1,12 @@
 #include "tools/axlecast/device_data/device_access.h"
 
 #include <algorithm>
+#include <iostream>
 
 #include "core/device/operation.h"
 #include "core/device/parameter.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
@@ -40,14 +41,14 @@ void AddValues(const BusConfig& bus, const DeviceRead& read, FindingGroup& group
   const auto values = FromRegisters(bus.family->parameters, changes);
   if (values && !values->empty()) {
     for (const ParameterValue& value : *values) {
-      group.findings.push_back({std::string(value.parameter->name), ValueText(value), Verdict::kUnjudged, ""});
+      group.Add(std::string(value.parameter->name), ValueText(value));
     }
     return;
   }
   for (const change_t& change : changes) {
-    group.findings.push_back({read.operation + ": " + change.key, change.after, Verdict::kUnjudged, ""});
+    group.Add(read.operation + ": " + change.key, change.after);
   }
-  if (changes.empty()) group.findings.push_back({read.operation, read.result.status.text, Verdict::kGood, ""});
+  if (changes.empty()) group.Add(read.operation, read.result.status.text, Verdict::kGood);
 }
 
 }  // namespace
@@ -106,6 +107,15 @@ std::vector<CommandRequest> WriteRequests(const CommandOptions& options, const P
   return requests;
 }
 
+bool IsDone(const CommandResult& result) {
+  return ExitCode(result) == kExitDone || ExitCode(result) == kExitUnverifiable;
+}
+
+int PrintOutcome(const CommandResult& result) {
+  std::cerr << ToText(result);
+  return ExitCode(result);
+}
+
 std::vector<DeviceRead> ReadEverything(OperatorClient& client, const BusConfig& bus, const std::string& device) {
   std::vector<DeviceRead> reads;
   for (const OperationSpec* operation : OperationsOf(bus)) {
@@ -123,16 +133,14 @@ std::vector<DeviceRead> ReadEverything(OperatorClient& client, const BusConfig& 
 FindingGroup ReadFindings(const BusConfig& bus, const std::vector<DeviceRead>& reads) {
   FindingGroup group{"Read from the device", {}};
   for (const DeviceRead& read : reads) {
-    const int code = ExitCode(read.result);
-    if (code == kExitDone || code == kExitUnverifiable) {
+    if (IsDone(read.result)) {
       AddValues(bus, read, group);
     } else {
-      group.findings.push_back({read.operation,
-                                read.result.answered ? read.result.status.text : read.result.problem,
-                                Verdict::kAttention, "axlecast do DEVICE " + read.operation + " shows more"});
+      group.Add(read.operation, read.result.answered ? read.result.status.text : read.result.problem,
+                Verdict::kAttention, "axlecast do DEVICE " + read.operation + " shows more");
     }
   }
-  if (reads.empty()) group.findings.push_back({"reads", "this family has none", Verdict::kUnjudged, ""});
+  if (reads.empty()) group.Add("reads", "this family has none");
   return group;
 }
 

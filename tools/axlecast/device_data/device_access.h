@@ -46,6 +46,11 @@ struct ParameterReading {
 [[nodiscard]] std::vector<CommandRequest> WriteRequests(const CommandOptions& options,
                                                         const ParameterChanges& changes);
 
+// Returns true if the command was executed, whether or not the device allows a read-back.
+[[nodiscard]] bool IsDone(const CommandResult& result);
+// Prints the outcome to standard error. Returns its exit code.
+[[nodiscard]] int PrintOutcome(const CommandResult& result);
+
 struct DeviceRead {
   std::string operation;
   CommandResult result;

@@ -14,7 +14,6 @@
 #include "core/device/parameter.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/device_data/parameters.h"
@@ -175,6 +174,11 @@ BackupReading ReadContents(OperatorClient& client, const Family& family, const C
   });
   reading.text = MemoryFileText(reading.result);
   return reading;
+}
+
+int Check(const BackupReading& reading, const std::string& prefix) {
+  if (ExitCode(reading.result) != kExitDone) return PrintOutcome(reading.result);
+  return reading.contents ? kExitDone : Fail(prefix + reading.contents.error().text, kExitFailed);
 }
 
 Result<ContentsFile> ParseContents(const Family& family, const std::string& file, const std::string& text) {

@@ -3,10 +3,8 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/result.h"
 #include "core/device/family.h"
@@ -34,6 +32,9 @@ struct BackupReading {
 // Reads the contents from a device. Its family must have a BackupOperation.
 [[nodiscard]] BackupReading ReadContents(OperatorClient& client, const Family& family,
                                          const CommandOptions& options);
+
+// Returns kExitDone if the contents were read. Otherwise prints the error after `prefix`, and returns the exit code.
+[[nodiscard]] int Check(const BackupReading& reading, const std::string& prefix);
 
 struct ContentsFile {
   BackupContents contents;

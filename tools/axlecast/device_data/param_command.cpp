@@ -1,17 +1,14 @@
 #include "core/base/result.h"
-#include "tools/axlecast/device_data/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <fstream>
 #include <iostream>
 #include <iterator>
 #include <memory>
-#include <optional>
 
-#include "core/messages/json/field.h"
 #include "platform/os/new_file.h"
 #include "tools/axlecast/command/command_run.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/device_data/parameters.h"
@@ -27,121 +24,110 @@ struct Options {
   bool no_reads = false;
 };
 
-// A device that has parameters.
-struct Place {
+// A device that has parameters, and the options of the command.
+struct Target {
+  const Options& options;
   MachineConfig machine;
   const Family* family = nullptr;
+
+  [[nodiscard]] const CommandOptions& command() const { return options.command; }
+  [[nodiscard]] Parameters parameters() const { return family->parameters; }
+  [[nodiscard]] ParameterReading Read() const {
+    OperatorClient client(machine, command().key, false);
+    return ReadParameters(client, *family, command());
+  }
 };
 
-std::optional<Place> Find(const Options& options, int& exit_code) {
+// Loads the machine's file, finds the device, and executes `run`.
+int RunOn(const Options& options, int (*run)(const Target& target)) {
   const auto machine = options.config.Load();
-  if (!machine) {
-    exit_code = options.config.Fail(machine.error());
-    return std::nullopt;
-  }
+  if (!machine) return options.config.Fail(machine.error());
   const auto found = FindOperation(*machine, options.command.device, "read_parameters");
-  if (found) return Place{*machine, found->bus->family};
-  exit_code = Fail(found.error().text, kExitUsage);
-  return std::nullopt;
+  if (!found) return Fail(found.error().text, kExitUsage);
+  return run(Target{options, *machine, found->bus->family});
 }
 
-// Returns the present values of the device, or sets the exit code.
-ParameterValues Present(const Place& place, const Options& options, int& exit_code) {
-  OperatorClient client(place.machine, options.command.key, false);
-  const ParameterReading reading = ReadParameters(client, *place.family, options.command);
-  exit_code = ExitCode(reading.result);
-  if (exit_code != kExitDone) {
-    Show(ToJson(reading.result), ToText(reading.result), options.command.json);
-  } else if (!reading.values) {
-    exit_code = Fail(reading.values.error().text, kExitFailed);
+// Sets the present values of the device. Returns kExitDone, or prints why they cannot be read and returns the exit code.
+int ReadPresent(const Target& target, ParameterValues& present) {
+  const ParameterReading reading = target.Read();
+  if (const int exit_code = ExitCode(reading.result); exit_code != kExitDone) {
+    Show(ToJson(reading.result), ToText(reading.result), target.command().json);
+    return exit_code;
   }
-  return reading.values.value_or(ParameterValues());
-}
-
-// Returns the present values of the device, or no values with a warning on standard error.
-ParameterValues PresentOrNone(const Place& place, const Options& options) {
-  if (options.no_reads) return {};
-  OperatorClient client(place.machine, options.command.key, false);
-  const ParameterReading reading = ReadParameters(client, *place.family, options.command);
-  if (ExitCode(reading.result) == kExitDone && reading.values) return *reading.values;
-  std::cerr << "without the present values: "
-            << (reading.values ? ToText(reading.result) : reading.values.error().text + '\n');
-  return {};
-}
-
-int List(const Options& options) {
-  int exit_code = kExitDone;
-  const auto place = Find(options, exit_code);
-  if (!place) return exit_code;
-  const ParameterValues values = PresentOrNone(*place, options);
-  Show(ListJson(place->family->parameters, values), ListText(place->family->parameters, values),
-       options.command.json);
+  if (!reading.values) return Fail(reading.values.error().text, kExitFailed);
+  present = *reading.values;
   return kExitDone;
 }
 
-int Get(const Options& options) {
-  int exit_code = kExitDone;
-  const auto place = Find(options, exit_code);
-  if (!place) return exit_code;
-  for (const std::string& name : options.words) {
-    if (FindParameter(place->family->parameters, name) == nullptr) {
-      return Fail(UnknownParameter(place->family->parameters, name), kExitUsage);
+int List(const Target& target) {
+  ParameterValues values;
+  if (!target.options.no_reads) {
+    const ParameterReading reading = target.Read();
+    if (ExitCode(reading.result) == kExitDone && reading.values) {
+      values = *reading.values;
+    } else {
+      std::cerr << "without the present values: "
+                << (reading.values ? ToText(reading.result) : reading.values.error().text + '\n');
     }
   }
-  const ParameterValues values = Chosen(Present(*place, options, exit_code), options.words);
-  if (exit_code == kExitDone) Show(ToJson(options.command.device, values), ToText(values), options.command.json);
-  return exit_code;
+  Show(ListJson(target.parameters(), values), ListText(target.parameters(), values), target.command().json);
+  return kExitDone;
 }
 
-int Export(const Options& options) {
-  int exit_code = kExitDone;
-  const auto place = Find(options, exit_code);
-  if (!place) return exit_code;
-  const ParameterValues values = Present(*place, options, exit_code);
-  if (exit_code != kExitDone) return exit_code;
-  const std::string text = ParameterFileText(*place->family, options.command.device, values);
-  if (options.file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
-  if (const Result<> done = WriteOutput(options.file, text); !done) return Fail(done.error().text, kExitBad);
-  Show({{"device", options.command.device}, {"file", options.file}, {"parameters", values.size()}},
-       std::to_string(values.size()) + " parameters in " + options.file + '\n', options.command.json);
+int Get(const Target& target) {
+  for (const std::string& name : target.options.words) {
+    if (FindParameter(target.parameters(), name) == nullptr) {
+      return Fail(UnknownParameter(target.parameters(), name), kExitUsage);
+    }
+  }
+  ParameterValues present;
+  if (const int exit_code = ReadPresent(target, present); exit_code != kExitDone) return exit_code;
+  const ParameterValues values = Chosen(present, target.options.words);
+  Show(ToJson(target.command().device, values), ToText(values), target.command().json);
+  return kExitDone;
+}
+
+int Export(const Target& target) {
+  ParameterValues values;
+  if (const int exit_code = ReadPresent(target, values); exit_code != kExitDone) return exit_code;
+  const std::string& file = target.options.file;
+  const std::string text = ParameterFileText(*target.family, target.command().device, values);
+  if (file.empty()) return WriteOut(text) ? kExitDone : kExitBad;
+  if (const Result<> done = WriteOutput(file, text); !done) return Fail(done.error().text, kExitBad);
+  Show({{"device", target.command().device}, {"file", file}, {"parameters", values.size()}},
+       std::to_string(values.size()) + " parameters in " + file + '\n', target.command().json);
   return kExitDone;
 }
 
 // Shows the differences from `wanted`, asks, and writes them.
-int Write(const Place& place, const Options& options, const ParameterValues& wanted) {
-  if (!options.command.yes && !CanAsk("writing parameters")) return kExitUsage;
-  int exit_code = kExitDone;
-  const ParameterValues present = Present(place, options, exit_code);
-  if (exit_code != kExitDone) return exit_code;
+int Write(const Target& target, const ParameterValues& wanted) {
+  const CommandOptions& command = target.command();
+  if (!command.yes && !CanAsk("writing parameters")) return kExitUsage;
+  ParameterValues present;
+  if (const int exit_code = ReadPresent(target, present); exit_code != kExitDone) return exit_code;
   const ParameterChanges changes = ParameterDiff(present, wanted);
-  std::cerr << options.command.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
+  std::cerr << command.device << ": " << changes.size() << " of " << wanted.size() << " parameters differ\n"
             << ToText(changes);
-  if (!changes.empty() && !options.command.yes && !Confirmed()) return kExitRejected;
-  OperatorClient client(place.machine, options.command.key, !options.command.json);
-  const std::vector<CommandResult> results = WriteParameters(client, options.command, changes);
-  Show(WriteJson(options.command.device, changes, results), WriteText(options.command.device, changes, results),
-       options.command.json);
+  if (!changes.empty() && !command.yes && !Confirmed()) return kExitRejected;
+  OperatorClient client(target.machine, command.key, !command.json);
+  const std::vector<CommandResult> results = WriteParameters(client, command, changes);
+  Show(WriteJson(command.device, changes, results), WriteText(command.device, changes, results), command.json);
   return results.empty() ? kExitDone : ExitCode(results.back());
 }
 
-int Set(const Options& options) {
-  int exit_code = kExitDone;
-  const auto place = Find(options, exit_code);
-  if (!place) return exit_code;
-  const auto wanted = FromWords(place->family->parameters, options.words);
-  return wanted ? Write(*place, options, *wanted) : Fail(wanted.error().text, kExitUsage);
+int Set(const Target& target) {
+  const auto wanted = FromWords(target.parameters(), target.options.words);
+  return wanted ? Write(target, *wanted) : Fail(wanted.error().text, kExitUsage);
 }
 
-int Import(const Options& options) {
-  int exit_code = kExitDone;
-  const auto place = Find(options, exit_code);
-  if (!place) return exit_code;
-  std::ifstream stream(options.file, std::ios::binary);
+int Import(const Target& target) {
+  const std::string& file = target.options.file;
+  std::ifstream stream(file, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream.is_open() || stream.bad()) return Fail("cannot read " + options.file, kExitBad);
-  ConfigErrors errors(options.file);
-  const ParameterValues wanted = ParseParameterFile(*place->family, text, errors);
-  if (errors.empty()) return Write(*place, options, wanted);
+  if (!stream.is_open() || stream.bad()) return Fail("cannot read " + file, kExitBad);
+  ConfigErrors errors(file);
+  const ParameterValues wanted = ParseParameterFile(*target.family, text, errors);
+  if (errors.empty()) return Write(target, wanted);
   std::cerr << errors.Text();
   return kExitBad;
 }
@@ -157,12 +143,12 @@ void AddList(CLI::App& param, int& exit_code) {
   command->footer(
       "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
       "A value that cannot be read is shown as -, with the reason on standard error. Exit code: 0, or 2 usage");
-  command->callback([options, &exit_code] { exit_code = List(*options); });
+  command->callback([options, &exit_code] { exit_code = RunOn(*options, &List); });
 }
 
 // Adds a verb that accesses the device. `arguments` adds those after the device.
 template <typename Arguments>
-void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Options&), bool asks,
+void Add(CLI::App& param, int& exit_code, const char* name, const char* help, int (*run)(const Target&), bool asks,
          const char* example, const Arguments& arguments) {
   auto options = std::make_shared<Options>();
   CLI::App* command = param.add_subcommand(name, help);
@@ -170,7 +156,7 @@ void Add(CLI::App& param, int& exit_code, const char* name, const char* help, in
   arguments(*command, *options);
   AddCommandOptions(*command, options->config, options->command, asks);
   command->footer(std::string(example) + '\n' + kCommandExitCodes);
-  command->callback([options, run, &exit_code] { exit_code = run(*options); });
+  command->callback([options, run, &exit_code] { exit_code = RunOn(*options, run); });
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include "core/base/text.h"
 #include "core/config/yaml_text.h"
 #include "core/device/parameter.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -51,9 +51,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kValueWidth = 12;  // "1000.0 W"
 
-std::size_t NameWidth(const ParameterValues& values) {
+// Returns the maximum length of the names of ParameterValues or ParameterChanges.
+template <typename Entries>
+std::size_t NameWidth(const Entries& entries) {
   std::size_t width = 0;
-  for (const ParameterValue& value : values) width = std::max(width, value.parameter->name.size());
+  for (const auto& entry : entries) width = std::max(width, entry.parameter->name.size());
   return width;
 }
 
@@ -148,16 +150,14 @@ std::string RangeText(const ParameterSpec& parameter) {
 ParameterChanges ParameterDiff(const ParameterValues& present, const ParameterValues& wanted) {
   ParameterChanges changes;
   for (const ParameterValue& value : wanted) {
-    const auto now = std::find_if(present.begin(), present.end(),
-                                  [&](const ParameterValue& other) { return other.parameter == value.parameter; });
-    if (now != present.end() && now->raw != value.raw) changes.push_back({value.parameter, now->raw, value.raw});
+    const ParameterValue* const now = ValueOf(*value.parameter, present);
+    if (now != nullptr && now->raw != value.raw) changes.push_back({value.parameter, now->raw, value.raw});
   }
   return changes;
 }
 
 std::string ToText(const ParameterChanges& changes) {
-  std::size_t width = 0;
-  for (const ParameterChange& change : changes) width = std::max(width, change.parameter->name.size());
+  const std::size_t width = NameWidth(changes);
   std::string text;
   for (const ParameterChange& change : changes) {
     text += "  " + Left(change.parameter->name, width) + "  " +
@@ -167,8 +167,8 @@ std::string ToText(const ParameterChanges& changes) {
   return text;
 }
 
-nlohmann::ordered_json ToJson(const ParameterChanges& changes) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+Json ToJson(const ParameterChanges& changes) {
+  Json list = Json::array();
   for (const ParameterChange& change : changes) {
     list.push_back({{"name", change.parameter->name},
                     {"unit", change.parameter->unit},

@@ -212,7 +212,7 @@ TEST(ParameterFile, EachMistakeHasItsLineAndWhatWouldBeRight) {
   EXPECT_THAT(ErrorsOf(head + "  power_limit: 1.25\n"), HasSubstr("steps of 0.1 W"));
   EXPECT_THAT(ErrorsOf(head + "  start_time: soon\n"), HasSubstr("start_time must be a number, 0.1 to 5.0 s"));
   EXPECT_THAT(ErrorsOf(head + "  start_time:\n"), HasSubstr("p.yaml:3:"));
-  EXPECT_THAT(ErrorsOf(head + "  start_time: [1]\n"), HasSubstr("a list stands where"));
+  EXPECT_THAT(ErrorsOf(head + "  start_time: [1]\n"), HasSubstr("a list is given where"));
   EXPECT_THAT(ErrorsOf(head + "  start_time: 1\n  start_time: 2\n"),
               AllOf(HasSubstr("p.yaml:4:"), HasSubstr("twice")));
   EXPECT_THAT(ErrorsOf("family: other\nparameters: {start_time: 1}\n"),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "client/axlecast/command.h"
+#include "core/base/time.h"
 
 namespace axlecast {
 
@@ -33,7 +34,27 @@ struct ReplaceReport {
 [[nodiscard]] nlohmann::ordered_json ToJson(const ReplaceReport& report);
 [[nodiscard]] std::string ToText(const ReplaceReport& report);
 
-// Returns the command that continues, or that sets the datum later. Empty if there is nothing to do.
+// Returns the command that continues, or that sets the datum later. Returns "" if there is nothing to do.
 [[nodiscard]] std::string NextCommand(const ReplaceReport& report);
+
+// Detects from the state of a device that it was disconnected, and that it or another one answers again.
+class ExchangeWatch {
+ public:
+  enum class Stage : std::uint8_t { kThere, kAway, kBack };
+
+  // Minimum time of answers without a gap before the device counts as back.
+  static constexpr MonoNs kSteady = kSecond;
+
+  // `state`: device_info_t STATE_*, or nothing if its driver is silent. `boot_id`: of its driver, 0 if unknown. A restart of
+  // the driver counts as a disconnection.
+  void On(std::optional<std::int8_t> state, std::int64_t boot_id, MonoNs now);
+
+  [[nodiscard]] Stage stage() const { return stage_; }
+
+ private:
+  Stage stage_ = Stage::kThere;
+  std::int64_t boot_id_ = 0;
+  MonoNs answers_since_ = kNever;
+};
 
 }  // namespace axlecast

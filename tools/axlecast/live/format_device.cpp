@@ -8,6 +8,7 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/messages/enum_names.h"
+#include "tools/axlecast/common/config_option.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
@@ -65,8 +66,7 @@ std::array<TripMargin, 6> MarginsOf(const DeviceView& device) {
 }
 
 std::string FirstRow(const DeviceView& device, MonoNs now) {
-  const auto state = device.State(now);
-  const std::string head = Left(device.name, 12) + ' ' + Left(state ? DeviceStateName(*state) : "SILENT", 8) + ' ';
+  const std::string head = Left(device.name, 12) + ' ' + Left(device.StateText(now), 8) + ' ';
   if (!device.motor) return head + Columns("-", "-", "-", "-", "-", "-", "-");
   const motor_health_t& motor = *device.motor;
   const std::string trips = Has(motor, motor_health_t::FLAG_STATUS_VALID) ? std::to_string(motor.trip_count) : "-";
@@ -170,10 +170,7 @@ std::string NoAnswer(const DeviceView& device) {
 }
 
 std::string UnknownDevice(const MachineConfig& machine, std::string_view name) {
-  std::vector<std::string> names;
-  for (const BusConfig& bus : machine.buses) {
-    for (const DeviceConfig& device : bus.devices) names.push_back(device.name);
-  }
+  const std::vector<std::string> names = MachineNames(machine, true);
   const auto nearest = NearestWord(name, names);
   return "no device " + Quoted(name) + " in " + machine.file + (nearest ? "; did you mean " + *nearest + '?' : "") +
          "\ndevices: " + Listed(names);

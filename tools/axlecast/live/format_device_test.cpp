@@ -175,7 +175,7 @@ TEST(MotorStatus, TextAndJsonShowTheMotor) {
   EXPECT_TRUE(InfoJson(view.devices()[0]).contains("motor"));
 }
 
-// A monitor that answers was heard when a reading came; one that does not answer, when that is told.
+// A monitor that answers counts as received when a reading arrived; one that does not answer, when its state arrived.
 TEST(MonitorHeard, NeedsAReadingOfWhatAnswers) {
   MachineView view(OneAxis(&ParameterFamily()));
   view.OnMessage("BUS/rs485-0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);

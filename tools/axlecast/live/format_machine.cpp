@@ -21,16 +21,6 @@ constexpr const char* kUnsignedWarning =
     "unsigned commands are obeyed (bridge: unsigned_commands: allow): anybody on the network segment can command "
     "it";
 
-std::string StateOf(const DeviceView& device, MonoNs now) {
-  const auto state = device.State(now);
-  return state ? std::string(DeviceStateName(*state)) : "SILENT";
-}
-
-std::string StateOf(const BusView& bus, MonoNs now) {
-  const auto state = bus.State(now);
-  return state ? std::string(BusStateName(*state)) : "SILENT";
-}
-
 std::string Row(std::string_view name, const std::string& value) { return Left(name, 18) + value + '\n'; }
 
 std::string AlarmRows(const DeviceView& device) {
@@ -118,7 +108,7 @@ std::string ClockTime(MonoNs running) {
 }
 
 std::string DeviceLine(const DeviceView& device, MonoNs now) {
-  const std::string head = Left(device.name, 12) + ' ' + Left(StateOf(device, now), 8) + ' ' +
+  const std::string head = Left(device.name, 12) + ' ' + Left(device.StateText(now), 8) + ' ' +
                            Right(ValueText(device), 19) + ' ' + Right(Decimal(device.Turns(), 3), 10) + ' ' +
                            Right(Decimal(device.SpeedRpm(), 1), 8) + ' ';
   std::string note = AlarmText(device, kTableWidth - head.size());
@@ -148,7 +138,7 @@ void AddDevices(const MachineView& machine, MonoNs now, std::vector<std::string>
 }
 
 void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& lines) {
-  const std::string head = Left(bus.name, 12) + ' ' + Left(StateOf(bus, now), 8);
+  const std::string head = Left(bus.name, 12) + ' ' + Left(bus.StateText(now), 8);
   if (!bus.health) {
     lines.push_back(head);
     return;
@@ -199,7 +189,7 @@ Json DeviceJson(const DeviceView& device, MonoNs now, double seconds) {
   Json json;
   json["device"] = device.name;
   json["bus"] = device.bus;
-  json["state"] = StateOf(device, now);
+  json["state"] = device.StateText(now);
   json["was_online"] = device.was_online;
   json["received"] = device.readings.received();
   json["valid"] = device.valid_readings;
@@ -221,7 +211,7 @@ Json DeviceJson(const DeviceView& device, MonoNs now, double seconds) {
 Json BusJson(const BusView& bus, MonoNs now) {
   Json json;
   json["bus"] = bus.name;
-  json["state"] = StateOf(bus, now);
+  json["state"] = bus.StateText(now);
   if (!bus.health) return json;
   const bus_health_t& health = *bus.health;
   json["exchanges"] = health.exchanges;
@@ -239,14 +229,14 @@ Json BusJson(const BusView& bus, MonoNs now) {
 std::string DeviceText(const DeviceView& device, MonoNs now, double seconds) {
   std::string alarms;
   for (const std::string& name : device.alarms.seen()) alarms += (alarms.empty() ? "" : ",") + Printable(name);
-  return Left(device.name, 12) + ' ' + Left(StateOf(device, now), 8) + ' ' +
+  return Left(device.name, 12) + ' ' + Left(device.StateText(now), 8) + ' ' +
          Right(std::to_string(device.readings.received()), 9) + ' ' + Right(Decimal(Rate(device, seconds), 1), 8) +
          ' ' + Right(std::to_string(device.readings.lost()), 6) + ' ' + Right(ValueText(device), 19) + ' ' +
          (alarms.empty() ? "-" : alarms) + '\n';
 }
 
 std::string BusText(const BusView& bus, MonoNs now) {
-  std::string line = Left(bus.name, 12) + ' ' + Left(StateOf(bus, now), 8);
+  std::string line = Left(bus.name, 12) + ' ' + Left(bus.StateText(now), 8);
   if (bus.health) {
     const std::string errors = ErrorCounts(bus.health->errors);
     line += ' ' + Right(std::to_string(bus.health->exchanges), 9) + ' ' +
@@ -287,7 +277,7 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
   if (machine.allows_unsigned()) text += "warning: " + std::string(kUnsignedWarning) + '\n';
   for (const DeviceView& device : machine.devices()) {
     const std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
-    text += Left(device.name, 24) + ' ' + Left(StateOf(device, now), 9) + ' ' + Right(ValueText(device), 22) +
+    text += Left(device.name, 24) + ' ' + Left(device.StateText(now), 9) + ' ' + Right(ValueText(device), 22) +
             "  " + AlarmText(device, 24) + (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") +
             '\n';
     if (const std::string margins = MarginsText(device); !margins.empty())
@@ -295,7 +285,7 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
   }
   for (const BusView& bus : machine.buses()) {
     const std::string errors = bus.health ? ErrorCounts(bus.health->errors) : "";
-    text += Left(bus.name, 24) + ' ' + Left(StateOf(bus, now), 9) + ' ' +
+    text += Left(bus.name, 24) + ' ' + Left(bus.StateText(now), 9) + ' ' +
             (errors.empty() ? "" : "errors: " + errors) +
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
@@ -341,7 +331,7 @@ std::string InfoText(const DeviceView& device, MonoNs now) {
   const std::string errors = ErrorCounts(info.errors);
   const auto or_none = [](const std::string& text) { return text.empty() ? std::string("-") : Printable(text); };
   return Row("device", device.name + " on " + device.bus) +
-         Row("state", StateOf(device, now) + (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
+         Row("state", device.StateText(now) + (info.reason.empty() ? "" : " (" + Printable(info.reason) + ")")) +
          (device.has_position ? PositionRows(device) : MotorRows(device)) + AlarmRows(device) +
          Row("model", Printable(info.family + ' ' + info.model)) + Row("serial", or_none(info.serial)) +
          Row("firmware", or_none(info.firmware)) +

@@ -1,4 +1,4 @@
-#include "tools/axlecast/live/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <unistd.h>
 #include <CLI/CLI.hpp>
@@ -12,7 +12,6 @@
 #include "core/base/result.h"
 #include "core/base/text.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
 

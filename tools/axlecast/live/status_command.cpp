@@ -7,11 +7,10 @@
 
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/axlecast/live/format_machine.h"
-#include "tools/axlecast/live/subcommands.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 
@@ -39,9 +38,7 @@ Result<> GatherLimits(const Options& options, LiveMachine& live, const Clock& cl
 int Status(const MachineConfig& machine, const Options& options) {
   const SystemClock clock;
   LiveMachine live(machine, clock);
-  const auto all_known = [](const MachineView& view) {
-    return std::all_of(view.devices().begin(), view.devices().end(), &KnowsLimits);
-  };
+  const auto all_known = [](const MachineView& view) { return std::ranges::all_of(view.devices(), &KnowsLimits); };
   Result<> gathered = live.GatherAll(machine);
   if (gathered) gathered = GatherLimits(options, live, clock, all_known);
   if (!gathered) return Fail(gathered.error().text, kExitBad);

@@ -1,4 +1,5 @@
 #include "tools/axlecast/live/watch_command.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <poll.h>
 #include <CLI/CLI.hpp>
@@ -30,10 +31,8 @@
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
-#include "tools/axlecast/live/subcommands.h"
 
 namespace axlecast {
 namespace {
@@ -54,11 +53,11 @@ bool Matches(const std::regex& pattern, const std::string& channel) {
 
 // "1700000000.000001", as candump and tcpdump write time.
 std::string Time(const Json& message) {
-  const auto utime = message.at("utime").get<std::int64_t>();
+  const auto unix_us = message.at("utime").get<std::int64_t>();
   std::array<char, 48> text{};
   static_cast<void>(std::snprintf(text.data(), text.size(), "%lld.%06lld",
-                                  static_cast<long long>(utime / 1'000'000),
-                                  static_cast<long long>(utime % 1'000'000)));
+                                  static_cast<long long>(unix_us / 1'000'000),
+                                  static_cast<long long>(unix_us % 1'000'000)));
   return text.data();
 }
 
@@ -134,7 +133,7 @@ std::string FieldsText(const Json& message) {
   constexpr std::array<std::string_view, 5> kHead = {"utime", "mono_ns", "boot_id", "seq", "spare"};
   Json rest = Json::object();
   for (const auto& [name, value] : message.items()) {
-    if (std::find(kHead.begin(), kHead.end(), name) == kHead.end()) rest[name] = value;
+    if (std::ranges::find(kHead, name) == kHead.end()) rest[name] = value;
   }
   return JsonLine(rest);
 }

@@ -79,8 +79,8 @@ TEST(MessageWatch, NamesTheChannelsThatAnExpressionDoesNotFind) {
 TEST(MessageWatch, TellsWhatWasLostAndWhatIsForeign) {
   MessageWatch watch(std::regex(""), true);
   for (const std::int64_t seq : {0, 4}) EXPECT_TRUE(watch.On("POSITION/axis1", Encoded(PositionMessage(seq))));
-  const std::vector<std::uint8_t> foreign(20, 1);
-  EXPECT_FALSE(watch.On("OTHER", foreign));
+  const std::vector<std::uint8_t> unknown(20, 1);
+  EXPECT_FALSE(watch.On("OTHER", unknown));
   EXPECT_THAT(watch.Losses(), ElementsAre("POSITION/axis1: 3 of 5 messages lost on the way here",
                                           "1 messages that are not axlecast's were not shown"));
 }

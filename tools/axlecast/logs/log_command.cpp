@@ -5,12 +5,12 @@
 #include <string>
 #include <string_view>
 
-#include "tools/axlecast/common/exit_code.h"
+#include "core/messages/json/field.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_check.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_summary.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {

@@ -14,10 +14,9 @@
 
 #include "core/base/result.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/convert/conversion.h"
 #include "tools/convert/csv.h"
 #include "tools/convert/mcap.h"

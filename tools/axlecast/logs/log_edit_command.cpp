@@ -12,11 +12,10 @@
 
 #include "core/base/result.h"
 #include "platform/os/new_file.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/log_output.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_merge.h"
 

@@ -11,7 +11,7 @@
 #include "core/base/spelling.h"
 #include "core/base/utc_text.h"
 #include "core/config/load.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 

@@ -30,7 +30,7 @@ bool IsFolder(const std::string& path) {
 }
 
 // Returns, for example, "--split-size: at least 1MB".
-std::string OptionText(const LogFault& fault) {
+std::string OptionText(const ConfigFault& fault) {
   std::string option = fault.key;
   std::replace(option.begin(), option.end(), '_', '-');
   return (option == "channels" ? "--channel" : "--" + option) + ": " + fault.text;
@@ -64,7 +64,7 @@ Result<> CheckOptions(const RecordOptions& options, const LogConfig& log, bool n
   if (!IsName(log.name))
     return Failure("--name '" + log.name + "' is not a name: use 1 to 24 letters, digits, _ and -");
   if (Result<> urls = CheckUrls(options.urls); !urls) return urls;
-  const std::vector<LogFault> faults = FaultsOf(log);
+  const std::vector<ConfigFault> faults = FaultsOf(log);
   if (!faults.empty()) return Failure(OptionText(faults.front()));
   return {};
 }

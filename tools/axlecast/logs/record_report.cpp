@@ -7,7 +7,7 @@
 
 #include "core/base/text.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/recorder/recording_health.h"
 
 namespace axlecast {

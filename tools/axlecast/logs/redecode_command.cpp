@@ -3,14 +3,13 @@
 #include <memory>
 #include <optional>
 #include <string>
-
 #include "core/base/result.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
+
 #include "platform/os/new_file.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/subcommands.h"
 #include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {

@@ -1,5 +1,5 @@
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/subcommands.h"
 
 #include <unistd.h>
 
@@ -14,7 +14,6 @@
 #include "core/messages/json/field.h"
 #include "platform/os/mapped_file.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/logs/replay_run.h"
 

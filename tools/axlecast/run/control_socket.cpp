@@ -12,7 +12,6 @@
 #include <cstring>
 #include <optional>
 
-#include "core/base/result.h"
 #include "platform/net/unix_address.h"
 
 namespace axlecast {
@@ -46,13 +45,13 @@ ControlSocket::~ControlSocket() {
   if (listener_.valid()) static_cast<void>(unlink(path_.c_str()));
 }
 
-std::string ControlSocket::Listen(const std::string& path) {
+Result<> ControlSocket::Listen(const std::string& path) {
   Result<Descriptor> bound = BindUnixSocket(path, SOCK_SEQPACKET);
-  if (!bound) return bound.error().text;
+  if (!bound) return Failure(bound.error());
   Descriptor listener = std::move(*bound);
   events_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
   if (!events_.valid() || listen(listener.get(), kMaxCallers) != 0 || !Watch(events_.get(), listener.get())) {
-    return path + ": " + std::strerror(errno);
+    return Failure(path + ": " + std::strerror(errno));
   }
   path_ = path;
   listener_ = std::move(listener);
@@ -63,7 +62,7 @@ void ControlSocket::Accept() {
   Descriptor caller(accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
   if (!caller.valid() || !Watch(events_.get(), caller.get())) return;
   callers_.push_back(std::move(caller));
-  // Who connects and stays silent does not keep others out.
+  // A caller that sends nothing must not block others.
   if (callers_.size() > kMaxCallers) callers_.pop_front();
 }
 
@@ -80,7 +79,6 @@ void ControlSocket::Serve(const Handler& handler) {
         std::find_if(callers_.begin(), callers_.end(), [fd](const Descriptor& d) { return d.get() == fd; });
     if (caller == callers_.end()) continue;
     const std::optional<std::string> question = Receive(fd, MSG_DONTWAIT);
-    // A caller that has gone does not hear the answer: that is its own affair.
     if (question && !question->empty()) static_cast<void>(SendLine(fd, handler(*question)));
     callers_.erase(caller);
   }

@@ -4,11 +4,12 @@
 #include <functional>
 #include <string>
 
+#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
-// A local socket of mode 0600 on which another process of the same user asks one question and gets one answer.
+// A local socket of mode 0600. Another process of the same user connects, sends one question and receives one answer.
 class ControlSocket {
  public:
   using Handler = std::function<std::string(const std::string& question)>;
@@ -18,12 +19,11 @@ class ControlSocket {
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
 
-  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. An empty string
-  // when it listens, else the cause and the remedy.
-  [[nodiscard]] std::string Listen(const std::string& path);
-  // Readable when Serve has work.
+  // Replaces the socket of a process that has ended. The caller must ensure that no other process listens at `path`.
+  [[nodiscard]] Result<> Listen(const std::string& path);
+  // Readable if Serve has work.
   [[nodiscard]] int FileDescriptor() const { return events_.get(); }
-  // Answers the questions that have come, without waiting for any.
+  // Answers the received questions without waiting.
   void Serve(const Handler& handler);
 
  private:
@@ -35,7 +35,7 @@ class ControlSocket {
   std::deque<Descriptor> callers_;
 };
 
-// Asks the process that listens at `path`; an empty answer when none does or it stays silent for 2 s.
+// Returns the answer of the process that listens at `path`; an empty text if no process listens or answers within 2 s.
 [[nodiscard]] std::string AskControlSocket(const std::string& path, const std::string& question);
 
 }  // namespace axlecast

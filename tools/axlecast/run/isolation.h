@@ -5,16 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// Puts this process (and what it starts from now on) into a network namespace of its own, whose loopback carries
-// multicast: an LCM bus that nothing outside hears or disturbs. Without root it takes a user namespace as well.
-// Call it before any thread is started. An empty string when done, else the cause and the remedy.
-[[nodiscard]] std::string EnterIsolation();
+// Moves this process and its future children into their own network namespace with multicast on loopback: an LCM bus that
+// no other process receives or disturbs. Without root, it also creates a user namespace. Call it before any thread starts.
+[[nodiscard]] Result<> EnterIsolation();
 
-// What runs `command` in the namespace of `process`, from outside, with this folder and environment.
+// Returns the arguments that run `command` in the namespace of `process`, with the caller's folder and environment.
 [[nodiscard]] std::vector<std::string> EntryArguments(pid_t process, const std::vector<std::string>& command);
-// $SHELL, else /bin/sh.
+// Returns $SHELL, else /bin/sh.
 [[nodiscard]] std::string LoginShell();
 
 }  // namespace axlecast

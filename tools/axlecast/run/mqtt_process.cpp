@@ -14,16 +14,17 @@
 
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/program.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/mqtt_process.h"
 
 namespace axlecast {
 namespace {
 
-constexpr int kGoodbyeMs = 2000;
+constexpr int kDisconnectMs = 2000;
 
-// Between fork and exec only async-signal-safe calls: this process has threads.
-[[noreturn]] void Become(int socket) {
+// Between fork and exec, only async-signal-safe calls are allowed: this process has threads.
+[[noreturn]] void Execute(int socket) {
   const int null = open("/dev/null", O_RDWR);
   dup2(socket, STDIN_FILENO);
   dup2(null, STDOUT_FILENO);
@@ -33,9 +34,9 @@ constexpr int kGoodbyeMs = 2000;
   _exit(127);
 }
 
-constexpr std::size_t kLongestOrder = 16 << 20;
+constexpr std::size_t kMaxCommandBytes = 16 << 20;
 constexpr std::size_t kMemory = 128 << 20;  // a broker may announce packets of 256 MB
-constexpr int kTurnMs = 1000;               // libmosquitto's keep-alive is looked after so often
+constexpr int kPollMs = 1000;               // interval at which libmosquitto can send its keep-alive
 
 class LinkServer {
  public:
@@ -43,9 +44,9 @@ class LinkServer {
     while (!ended_) {
       std::array<pollfd, 2> files = {{{STDIN_FILENO, POLLIN, 0}, {-1, 0, 0}}};
       if (link_) files[1] = link_->Waiting();
-      if (poll(files.data(), files.size(), kTurnMs) < 0 && errno != EINTR) return kExitFailed;
+      if (poll(files.data(), files.size(), kPollMs) < 0 && errno != EINTR) return kExitFailed;
       if (files[0].revents != 0) Read();
-      if (link_ && !ended_) Tell();
+      if (link_ && !ended_) SendEvents();
     }
     return kExitDone;
   }
@@ -56,28 +57,28 @@ class LinkServer {
     const ssize_t size = recv(STDIN_FILENO, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     ended_ = size <= 0;
-    if (size > 0) orders_.Add({bytes.data(), static_cast<std::size_t>(size)});
-    while (const auto body = orders_.Next()) {
-      const auto order = DecodeOrder(*body);
-      if (order) Do(*order);
-      ended_ = ended_ || !order;
+    if (size > 0) commands_.Add({bytes.data(), static_cast<std::size_t>(size)});
+    while (const auto body = commands_.Next()) {
+      const auto command = DecodeCommand(*body);
+      if (command) Do(*command);
+      ended_ = ended_ || !command;
     }
-    ended_ = ended_ || orders_.bad();
+    ended_ = ended_ || commands_.bad();
   }
 
-  void Do(const LinkOrder& order) {
-    if (order.kind == LinkOrder::Kind::kConnect) {
-      link_.emplace(order.settings, secrets_);
-      link_->Connect(order.message);
-    } else if (order.kind == LinkOrder::Kind::kDisconnect) {
+  void Do(const LinkCommand& command) {
+    if (command.kind == LinkCommand::Kind::kConnect) {
+      link_.emplace(command.settings, secrets_);
+      link_->Connect(command.message);
+    } else if (command.kind == LinkCommand::Kind::kDisconnect) {
       if (link_) link_->Disconnect();
       ended_ = true;
     } else if (link_ && !is_down_) {
-      ids_[link_->Send(order.message)] = order.id;
+      ids_[link_->Send(command.message)] = command.id;
     }
   }
 
-  void Tell() {
+  void SendEvents() {
     for (BrokerEvent event : link_->Poll()) {
       is_down_ = is_down_ || event.kind == BrokerEvent::Kind::kDown;
       if (event.kind == BrokerEvent::Kind::kTaken || event.kind == BrokerEvent::Kind::kRefused) {
@@ -94,33 +95,33 @@ class LinkServer {
 
   SecretFiles secrets_;
   std::optional<MqttLink> link_;
-  FrameBuffer orders_{kLongestOrder};
-  std::map<int, std::int32_t> ids_;  // of libmosquitto's numbers
+  FrameBuffer commands_{kMaxCommandBytes};
+  std::map<int, std::int32_t> ids_;  // by the numbers of libmosquitto
   bool is_down_ = false;
   bool ended_ = false;
 };
 
 }  // namespace
 
-// Empty when the process runs, else why not.
-std::string MqttProcess::Start() {
+Result<> MqttProcess::Start() {
   std::array<int, 2> ends{};
-  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    return std::string("cannot make a socket: ") + std::strerror(errno);
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    return Failure(std::string("cannot create a socket: ") + std::strerror(errno));
+  }
   socket_ = Descriptor(ends[0]);
   const Descriptor other(ends[1]);
-  if (fcntl(socket_.get(), F_SETFL, O_NONBLOCK) != 0) return std::string("fcntl: ") + std::strerror(errno);
+  if (fcntl(socket_.get(), F_SETFL, O_NONBLOCK) != 0) return Failure(std::string("fcntl: ") + std::strerror(errno));
   const pid_t pid = ForkWithoutHandlers();
-  if (pid < 0) return std::string("cannot fork: ") + std::strerror(errno);
-  if (pid == 0) Become(other.get());
+  if (pid < 0) return Failure(std::string("cannot fork: ") + std::strerror(errno));
+  if (pid == 0) Execute(other.get());
   pid_ = pid;
-  return "";
+  return {};
 }
 
 void MqttProcess::Connect(const BrokerMessage& will) {
   Drop();
-  if (std::string problem = Start(); !problem.empty()) return Down(std::move(problem), true);
-  DriverCommand({.kind = LinkOrder::Kind::kConnect, .settings = settings_, .message = will});
+  if (const Result<> started = Start(); !started) return Down(started.error().text, true);
+  SendCommand({.kind = LinkCommand::Kind::kConnect, .settings = settings_, .message = will});
   ++settings_.attempts;
 }
 
@@ -131,33 +132,33 @@ void MqttProcess::Drop() {
   }
   socket_ = Descriptor();
   out_.clear();
-  events_in_ = FrameBuffer(kLongestEvent);
+  events_in_ = FrameBuffer(kMaxEventBytes);
   events_.clear();
 }
 
 void MqttProcess::Disconnect() {
   if (!socket_.valid()) return;
-  DriverCommand({.kind = LinkOrder::Kind::kDisconnect});
-  // The process closes its end when the broker was told.
+  SendCommand({.kind = LinkCommand::Kind::kDisconnect});
+  // The process closes its end after it has disconnected from the broker.
   pollfd waits = {socket_.get(), POLLIN, 0};
-  while (socket_.valid() && poll(&waits, 1, kGoodbyeMs) > 0) Read();
+  while (socket_.valid() && poll(&waits, 1, kDisconnectMs) > 0) Read();
   Drop();
 }
 
 int MqttProcess::Send(const BrokerMessage& message) {
-  DriverCommand({.kind = LinkOrder::Kind::kSend, .message = message, .id = ++last_id_});
+  SendCommand({.kind = LinkCommand::Kind::kSend, .message = message, .id = ++last_id_});
   return last_id_;
 }
 
-void MqttProcess::DriverCommand(const LinkOrder& order) {
-  out_ += EncodeOrder(order);
+void MqttProcess::SendCommand(const LinkCommand& command) {
+  out_ += EncodeCommand(command);
   Write();
 }
 
 void MqttProcess::Write() {
   while (socket_.valid() && !out_.empty()) {
     const ssize_t sent = send(socket_.get(), out_.data(), out_.size(), MSG_NOSIGNAL);
-    if (sent < 0) return;  // full, or gone: then reading tells
+    if (sent < 0) return;  // full, or closed: Read detects that
     out_.erase(0, static_cast<std::size_t>(sent));
   }
 }
@@ -169,14 +170,14 @@ void MqttProcess::Read() {
     events_in_.Add({bytes.data(), static_cast<std::size_t>(size)});
     while (const auto body = events_in_.Next()) {
       auto event = DecodeEvent(*body);
-      if (!event) return Down("the process of the connection sent nonsense", true);
+      if (!event) return Down("the process of the connection sent malformed data", true);
       if (event->kind == BrokerEvent::Kind::kConnected) --settings_.attempts;
       events_.push_back(std::move(*event));
     }
-    if (events_in_.bad()) return Down("the process of the connection sent nonsense", true);
+    if (events_in_.bad()) return Down("the process of the connection sent malformed data", true);
   }
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
-  kill(pid_, SIGKILL);  // without effect on one that has ended
+  kill(pid_, SIGKILL);  // no effect if it has ended
   Down("the process of the connection ended: " + Reap(), true);
 }
 
@@ -195,21 +196,19 @@ void MqttProcess::Down(std::string text, bool fault) {
   events_.push_back({BrokerEvent::Kind::kDown, 0, std::move(text), fault});
 }
 
-// How the process ended; waits for its end.
+// Waits for the end of the process, and returns how it ended.
 std::string MqttProcess::Reap() {
   int status = 0;
   const pid_t pid = std::exchange(pid_, -1);
   while (waitpid(pid, &status, 0) < 0) {
     if (errno != EINTR) return "lost";
   }
-  if (!WIFSIGNALED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
-  const int signal = WTERMSIG(status);
-  const std::string text = "killed by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
-  return signal == SIGABRT ? text + ": the broker sent what libmosquitto does not bear" : text;
+  const bool aborted = WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT;
+  return ExitText(status) + (aborted ? ": the broker sent data that libmosquitto cannot handle" : "");
 }
 
 int ServeMqttLink() {
-  // The end is the other side's to tell: what a terminal or systemd tells all processes is for that one.
+  // The main process ends this one: signals from a terminal or systemd to all processes are ignored here.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) static_cast<void>(::signal(signal, SIG_IGN));
   static_cast<void>(ForbidCoreDumps());
   static_cast<void>(LimitMemory(kMemory));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/messages/broker_link.h"
 #include "platform/net/mqtt_link.h"
 #include "platform/os/descriptor.h"
@@ -14,12 +15,12 @@
 
 namespace axlecast {
 
-// A connection to a broker in a process of its own, which this program starts again for each attempt: libmosquitto 2.0.11
-// ends its process in an assertion when a broker sends a property that it does not know (its property__read logs without
-// a client), and takes packets of up to 256 MB. A broker then costs that process, and nothing of what waits here.
+// A connection to a broker in a separate process, which is started for each attempt. Reason: libmosquitto 2.0.11 ends its
+// process by an assertion if a broker sends an unknown property (its property__read logs without a client), and it accepts
+// packets of up to 256 MB. A broker can then end only that process; the queued messages stay here.
 class MqttProcess final : public BrokerLink {
  public:
-  explicit MqttProcess(MqttLinkSettings settings) : settings_(std::move(settings)), events_in_(kLongestEvent) {}
+  explicit MqttProcess(MqttLinkSettings settings) : settings_(std::move(settings)), events_in_(kMaxEventBytes) {}
   ~MqttProcess() override { Drop(); }
   MqttProcess(const MqttProcess&) = delete;
   MqttProcess& operator=(const MqttProcess&) = delete;
@@ -30,14 +31,14 @@ class MqttProcess final : public BrokerLink {
   [[nodiscard]] int Send(const BrokerMessage& message) override;
   [[nodiscard]] std::vector<BrokerEvent> Poll() override;
 
-  // What Poll waits for; fd -1 without a connection.
+  // Returns what to wait for before Poll; fd -1 without a connection.
   [[nodiscard]] pollfd Waiting() const;
 
  private:
-  static constexpr std::size_t kLongestEvent = 1 << 16;
+  static constexpr std::size_t kMaxEventBytes = 1 << 16;
 
-  [[nodiscard]] std::string Start();
-  void DriverCommand(const LinkOrder& order);
+  [[nodiscard]] Result<> Start();
+  void SendCommand(const LinkCommand& command);
   void Write();
   void Read();
   void Down(std::string text, bool fault);
@@ -52,7 +53,7 @@ class MqttProcess final : public BrokerLink {
   int last_id_ = 0;
 };
 
-// The other end: serves one connection on file descriptor 0 until that is closed. An exit code.
+// Runs the separate process: serves one connection on file descriptor 0 until it is closed. Returns the exit code.
 [[nodiscard]] int ServeMqttLink();
 inline constexpr const char* kMqttLinkOption = "--mqtt-link";
 

@@ -18,14 +18,14 @@
 namespace axlecast {
 namespace {
 
-constexpr std::size_t kLongestLine = 4096;  // longer ones are cut into several
-constexpr int kReadsAtOnce = 16;            // a child that writes without end does not keep us
+constexpr std::size_t kLongestLine = 4096;  // longer lines are split
+constexpr int kReadsAtOnce = 16;            // a child that writes continuously must not block this process
 
-// Between fork and exec only async-signal-safe calls: the parent has threads.
-[[noreturn]] void Become(char* const* argv, int output, int errors, pid_t parent) {
+// Between fork and exec, only async-signal-safe calls are allowed: the parent has threads.
+[[noreturn]] void Execute(char* const* argv, int output, int errors, pid_t parent) {
   setsid();
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(127);  // it died before the line above
+  if (getppid() != parent) _exit(127);  // it ended before the line above
   const int null = open("/dev/null", O_RDWR);
   dup2(null, STDIN_FILENO);
   dup2(output >= 0 ? output : null, STDOUT_FILENO);
@@ -44,8 +44,8 @@ constexpr int kReadsAtOnce = 16;            // a child that writes without end d
 constexpr MonoNs kFirstBackOff = 500 * kMillisecond;
 constexpr MonoNs kLongestBackOff = 10 * kSecond;
 constexpr MonoNs kRanWell = 30 * kSecond;
-constexpr MonoNs kPatience = 3 * kSecond;
-constexpr MonoNs kRecorderPatience = 60 * kSecond;  // it writes what waits in its memory, on any disk
+constexpr MonoNs kEndTimeout = 3 * kSecond;
+constexpr MonoNs kRecorderEndTimeout = 60 * kSecond;  // it writes its queue to a disk that may be slow
 constexpr std::size_t kDeathsKept = 1000;
 
 std::string Seconds(MonoNs time) { return std::to_string(time / kSecond) + (time % kSecond == 0 ? " s" : ".5 s"); }
@@ -61,25 +61,24 @@ ChildProcess::~ChildProcess() {
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)), errors_(std::move(other.errors_)), partial_(std::move(other.partial_)) {}
 
-std::string ChildProcess::Start(const std::vector<std::string>& argv, int output) {
+Result<> ChildProcess::Start(const std::vector<std::string>& argv, int output) {
   std::array<int, 2> ends{};
-  if (pipe2(ends.data(), O_CLOEXEC) != 0) return std::string("cannot make a pipe: ") + std::strerror(errno);
+  if (pipe2(ends.data(), O_CLOEXEC) != 0)
+    return Failure(std::string("cannot create a pipe: ") + std::strerror(errno));
   Descriptor read_end(ends[0]);
   const Descriptor write_end(ends[1]);
-  if (fcntl(read_end.get(), F_SETFL, O_NONBLOCK) != 0) return std::string("fcntl: ") + std::strerror(errno);
+  if (fcntl(read_end.get(), F_SETFL, O_NONBLOCK) != 0)
+    return Failure(std::string("fcntl: ") + std::strerror(errno));
 
-  std::vector<char*> arguments;
-  arguments.reserve(argv.size() + 1);
-  for (const std::string& argument : argv) arguments.push_back(const_cast<char*>(argument.c_str()));
-  arguments.push_back(nullptr);
+  const std::vector<char*> arguments = ArgumentPointers(argv);
   const pid_t parent = getpid();
   const pid_t pid = ForkWithoutHandlers();
-  if (pid < 0) return std::string("cannot fork: ") + std::strerror(errno);
-  if (pid == 0) Become(arguments.data(), output, write_end.get(), parent);
+  if (pid < 0) return Failure(std::string("cannot fork: ") + std::strerror(errno));
+  if (pid == 0) Execute(arguments.data(), output, write_end.get(), parent);
   pid_ = pid;
   errors_ = std::move(read_end);
   partial_.clear();
-  return "";
+  return {};
 }
 
 std::vector<std::string> ChildProcess::ReadLines() {
@@ -115,11 +114,7 @@ std::optional<ChildProcess::End> ChildProcess::Reap() {
   if (reaped == 0 || (reaped < 0 && errno == EINTR)) return std::nullopt;
   pid_ = -1;
   if (reaped < 0) return End{false, "lost"};
-  if (WIFSIGNALED(status)) {
-    const int signal = WTERMSIG(status);
-    return End{false, "killed by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")"};
-  }
-  return End{WEXITSTATUS(status) == 0, "exit code " + std::to_string(WEXITSTATUS(status))};
+  return End{WIFEXITED(status) && WEXITSTATUS(status) == 0, ExitText(status)};
 }
 
 void ChildProcess::Signal(int signal) const {
@@ -128,8 +123,8 @@ void ChildProcess::Signal(int signal) const {
 }
 
 ProcessSupervisor::ProcessSupervisor(std::string log_directory, const Clock& clock,
-                                     std::function<void(const std::string& line)> tell)
-    : log_directory_(std::move(log_directory)), clock_(clock), tell_(std::move(tell)) {}
+                                     std::function<void(const std::string& line)> show)
+    : log_directory_(std::move(log_directory)), clock_(clock), show_(std::move(show)) {}
 
 ProcessSupervisor::~ProcessSupervisor() = default;
 
@@ -143,12 +138,10 @@ void ProcessSupervisor::Start(Role role, const std::string& name, std::vector<st
 void ProcessSupervisor::Launch(Member& member) {
   member.restart_at = kNever;
   member.started = clock_.Now();
-  const std::string problem = member.child.Start(member.argv, member.log.FileDescriptor());
-  if (problem.empty()) {
-    member.log.Write("== started, process " + std::to_string(member.child.pid()));
-  } else {
-    OnEnd(member, problem);
+  if (const Result<> started = member.child.Start(member.argv, member.log.FileDescriptor()); !started) {
+    return OnEnd(member, started.error().text);
   }
+  member.log.Write("== started, process " + std::to_string(member.child.pid()));
 }
 
 void ProcessSupervisor::OnEnd(Member& member, const std::string& how) {
@@ -158,20 +151,20 @@ void ProcessSupervisor::OnEnd(Member& member, const std::string& how) {
                         : std::min(2 * member.back_off, kLongestBackOff);
   member.restart_at = now + member.back_off;
   if (deaths_.size() < kDeathsKept) {
-    const bool by_itself = how.starts_with("exit code") && !member.last_words.empty();
-    deaths_.push_back(member.name + ": " + how + (by_itself ? ": " + member.last_words : ""));
+    const bool by_itself = how.starts_with("exit code") && !member.last_shown.empty();
+    deaths_.push_back(member.name + ": " + how + (by_itself ? ": " + member.last_shown : ""));
   }
-  member.last_words.clear();
+  member.last_shown.clear();
   member.log.Write("== ended: " + how);
-  tell_(member.name + " ended: " + how + "; starting it again in " + Seconds(member.back_off));
+  show_(member.name + " ended: " + how + "; starting it again in " + Seconds(member.back_off));
 }
 
 void ProcessSupervisor::ReadLog(Member& member) {
   for (const std::string& line : member.child.ReadLines()) {
     member.log.Write(line);
     if (!WorthShowing(line)) continue;
-    member.last_words = line;
-    tell_(member.name + ": " + line);
+    member.last_shown = line;
+    show_(member.name + ": " + line);
   }
 }
 
@@ -194,11 +187,11 @@ std::vector<int> ProcessSupervisor::FileDescriptors() const {
   return descriptors;
 }
 
-// Its exit code tells of what it could not do, as that of the bridge to a broker that never took anything.
+// The exit code reports a failure, for example that a broker never accepted a message.
 void ProcessSupervisor::OnStopped(Member& member, const ChildProcess::End& end) {
   member.log.Write("== ended: " + end.text);
   if (end.clean || !end.text.starts_with("exit code") || deaths_.size() >= kDeathsKept) return;
-  deaths_.push_back(member.name + ": " + end.text + " at its end: " + member.log.path() + " says why");
+  deaths_.push_back(member.name + ": " + end.text + " at its end: the reason is in " + member.log.path());
 }
 
 bool ProcessSupervisor::AnyRunning(Role role) const {
@@ -218,16 +211,16 @@ void ProcessSupervisor::StopRole(Role role, const std::function<bool()>& hurry) 
     member.restart_at = kNever;
     member.child.Signal(SIGTERM);
   }
-  const MonoNs patience_ends = clock_.Now() + (role == Role::kRecorder ? kRecorderPatience : kPatience);
+  const MonoNs deadline = clock_.Now() + (role == Role::kRecorder ? kRecorderEndTimeout : kEndTimeout);
   bool killed = false;
   while (AnyRunning(role)) {
-    const bool out_of_patience = clock_.Now() >= patience_ends || hurry();
+    const bool kill_now = clock_.Now() >= deadline || hurry();
     for (Member& member : members_) {
-      if (out_of_patience && !killed && member.role == role && member.child.running()) {
-        tell_(member.name + " does not end: killed");
+      if (kill_now && !killed && member.role == role && member.child.running()) {
+        show_(member.name + " does not end: killed");
         member.child.Signal(SIGKILL);
       }
-      // The others' output is read too, so that none of them waits for us.
+      // The output of all processes is read, so that no process blocks.
       ReadLog(member);
       if (member.role != role) continue;
       if (const auto end = member.child.Reap()) {
@@ -235,7 +228,7 @@ void ProcessSupervisor::StopRole(Role role, const std::function<bool()>& hurry) 
         OnStopped(member, *end);
       }
     }
-    killed = killed || out_of_patience;
+    killed = killed || kill_now;
     if (AnyRunning(role)) poll(nullptr, 0, 5);
   }
 }

@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <array>
 #include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -27,17 +26,17 @@ TEST(ChildProcess, EndsAtASignalThatComesBeforeItsProgramRuns) {
   const StopSignal stop;
   for (int i = 0; i < 20; ++i) {
     ChildProcess child;
-    ASSERT_EQ(child.Start({"/bin/sleep", "1000"}, -1), "");
+    ASSERT_TRUE(child.Start({"/bin/sleep", "1000"}, -1));
     child.Signal(SIGTERM);
     pollfd output{child.FileDescriptor(), POLLIN, 0};
-    ASSERT_EQ(poll(&output, 1, kLimitMs), 1) << "it goes on";
+    ASSERT_EQ(poll(&output, 1, kLimitMs), 1) << "it does not stop";
     std::optional<ChildProcess::End> end;
     while (!end) end = child.Reap();
     EXPECT_EQ(end->text, "killed by signal 15 (Terminated)");
   }
   EXPECT_FALSE(stop.Requested());
   pollfd event{stop.FileDescriptor(), POLLIN, 0};
-  EXPECT_EQ(poll(&event, 1, 0), 0) << "the child told us to stop";
+  EXPECT_EQ(poll(&event, 1, 0), 0) << "the child stopped this process";
 }
 
 using ::testing::AllOf;
@@ -184,7 +183,7 @@ TEST(ChildProcess, DiesWithItsParent) {
 
 TEST(ChildProcess, CutsEndlessLines) {
   ChildProcess child;
-  ASSERT_EQ(child.Start(Shell("exec >&2; head -c 10000 /dev/zero | tr '\\0' x; echo; echo end"), -1), "");
+  ASSERT_TRUE(child.Start(Shell("exec >&2; head -c 10000 /dev/zero | tr '\\0' x; echo; echo end"), -1));
   std::vector<std::string> lines;
   for (int i = 0; i < 1000 && (lines.empty() || lines.back() != "end"); ++i) {
     for (std::string& line : child.ReadLines()) lines.push_back(std::move(line));

@@ -1,21 +1,20 @@
-#include "core/base/result.h"
-#include "tools/axlecast/run/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <iostream>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/config/load.h"
 #include "platform/os/folder.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/simulation_server.h"
 
 namespace axlecast {
@@ -34,35 +33,31 @@ struct SimulateOptions {
   bool plug = false;
 };
 
+using Buses = std::vector<const BusConfig*>;
+
 std::string Place(const MachineConfig& machine, const BusConfig& bus, const char* suffix) {
   return RunDirectory(machine.machine) + '/' + bus.name + suffix;
 }
 
-// The buses that were named, or all simulated ones. Empty when one cannot be simulated; says why.
-std::vector<const BusConfig*> SimulatedBuses(const MachineConfig& machine, const std::vector<std::string>& names) {
-  std::vector<const BusConfig*> buses;
-  if (names.empty()) {
-    for (const BusConfig& bus : machine.buses) {
-      if (bus.simulate) buses.push_back(&bus);
-    }
-    if (buses.empty()) std::cerr << machine.file << ": no bus has `simulate: true`\n";
-    return buses;
+// Returns the named buses, or all simulated buses if `names` is empty. Fails if a named bus is not simulated.
+Result<Buses> SimulatedBuses(const MachineConfig& machine, const std::vector<std::string>& names) {
+  Buses buses;
+  for (const BusConfig& bus : machine.buses) {
+    if (names.empty() && bus.simulate) buses.push_back(&bus);
   }
   for (const std::string& name : names) {
     const BusConfig* bus = machine.FindBus(name);
-    if (bus == nullptr || !bus->simulate) {
-      std::cerr << machine.file << ": " << (bus == nullptr ? "no bus '" : "no `simulate: true` at bus '") << name
-                << "'\n";
-      return {};
-    }
+    if (bus == nullptr) return Failure(machine.file + ": no bus '" + name + "'");
+    if (!bus->simulate) return Failure(machine.file + ": no `simulate: true` at bus '" + name + "'");
     buses.push_back(bus);
   }
+  if (buses.empty()) return Failure(machine.file + ": no bus has `simulate: true`");
   return buses;
 }
 
 // ---- running ----
 
-SimulationServer* signalled = nullptr;  // what SIGTERM and SIGINT stop
+SimulationServer* signalled = nullptr;  // stopped by SIGTERM and SIGINT
 
 void StopOnSignals(SimulationServer& server) {
   signalled = &server;
@@ -71,10 +66,10 @@ void StopOnSignals(SimulationServer& server) {
   for (const int number : {SIGTERM, SIGINT}) static_cast<void>(sigaction(number, &action, nullptr));
 }
 
-std::string AddBus(SimulationServer& server, const MachineConfig& machine, const BusConfig& bus,
-                   SimulatorMaker& maker, const ConfigErrors& errors, const std::string& interface) {
+Result<> AddBus(SimulationServer& server, const MachineConfig& machine, const BusConfig& bus, SimulatorMaker& maker,
+                const ConfigErrors& errors, const std::string& interface) {
   std::unique_ptr<Simulator> simulator = maker.Make(bus);
-  if (!simulator) return errors.Text();
+  if (!simulator) return Failure(errors.Text());
   SimulationServer::BusPlace place{.bus = bus.name,
                                    .devices = {},
                                    .link = bus.family->link,
@@ -87,120 +82,99 @@ std::string AddBus(SimulationServer& server, const MachineConfig& machine, const
   return server.Add(std::move(place), std::move(simulator));
 }
 
-// Nodes on a real interface are those of one CAN bus. Says why when the choice makes no sense.
-bool FitsInterface(const std::vector<const BusConfig*>& buses, const std::string& interface) {
-  if (interface.empty()) return true;
-  if (buses.size() > 1) {
-    std::cerr << "--on " << interface << ": an interface stands for one bus; name it with --bus\n";
-  } else if (buses[0]->family->link != LinkKind::kCan) {
-    std::cerr << "--on " << interface << ": bus " << buses[0]->name << " is no CAN bus\n";
-  } else {
-    return true;
+int RunSimulators(const MachineConfig& machine, const Buses& buses, const std::string& interface) {
+  if (!interface.empty() && buses.size() > 1) {
+    return Fail("--on " + interface + ": an interface carries one bus; name it with --bus", kExitUsage);
   }
-  return false;
-}
-
-int RunSimulators(const MachineConfig& machine, const std::vector<const BusConfig*>& buses,
-                  const std::string& interface) {
+  if (!interface.empty() && buses[0]->family->link != LinkKind::kCan) {
+    return Fail("--on " + interface + ": bus " + buses[0]->name + " is no CAN bus", kExitUsage);
+  }
   const SystemClock clock;
   SimulationServer server(clock);
   StopOnSignals(server);
-  std::string problem = ErrorText(PrepareRunDirectory(RunDirectory(machine.machine)));
+  Result<> done = PrepareRunDirectory(RunDirectory(machine.machine));
   ConfigErrors errors(machine.file);
   SimulatorMaker maker(machine, errors);
   for (const BusConfig* bus : buses) {
-    if (problem.empty()) problem = AddBus(server, machine, *bus, maker, errors, interface);
-    if (!problem.empty()) break;
+    if (done) done = AddBus(server, machine, *bus, maker, errors, interface);
+    if (!done) break;
     std::cout << "simulating bus " << bus->name << " on " << (interface.empty() ? bus->link.port : interface)
               << std::endl;
   }
-  if (problem.empty()) problem = server.Run();
-  if (problem.empty()) return kExitDone;
-  std::cerr << problem << '\n';
-  return kExitBad;
+  if (done) done = server.Run();
+  return done ? kExitDone : Fail(done.error().text, kExitBad);
 }
 
-// ---- looking at and changing what runs ----
+// ---- querying and changing running simulators ----
 
-std::optional<Json> Ask(const MachineConfig& machine, const BusConfig& bus, const Json& question) {
+Result<Json> Ask(const MachineConfig& machine, const BusConfig& bus, const Json& question) {
   Json answer = Json::parse(AskControlSocket(Place(machine, bus, ".ctl"), question.dump()), nullptr, false);
   if (answer.is_object()) return answer;
-  std::cerr << "no simulator runs for bus " << bus.name << ": start it with `axlecast simulate " << machine.file
-            << " --bus " << bus.name << "`\n";
-  return std::nullopt;
+  return Failure("no simulator runs for bus " + bus.name + ": start it with `axlecast simulate " + machine.file +
+                 " --bus " + bus.name + "`");
 }
 
-int Show(const MachineConfig& machine, const std::vector<const BusConfig*>& buses, bool json) {
+// Returns a text without quotation marks.
+std::string PlainText(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+int ShowBuses(const MachineConfig& machine, const Buses& buses, bool json) {
   for (const BusConfig* bus : buses) {
-    const std::optional<Json> state = Ask(machine, *bus, {{"show", true}});
-    if (!state) return kExitNoAnswer;
+    const Result<Json> state = Ask(machine, *bus, {{"show", true}});
+    if (!state) return Fail(state.error().text, kExitNoAnswer);
     if (json) {
       std::cout << state->dump() << '\n';
       continue;
     }
+    const char* host = state->value("host", false) ? "host" : "no host";
     std::cout << bus->name << "  " << state->value("port", "") << "  "
-              << (!state->value("plugged", true) ? "unplugged"
-                  : state->value("host", false)  ? "host"
-                                                 : "no host")
-              << '\n';
+              << (state->value("plugged", true) ? host : "unplugged") << '\n';
     for (const auto& [device, quantities] : (*state)["devices"].items()) {
       for (const auto& [name, value] : quantities.items()) {
-        std::cout << "  " << device << '.' << name << " = "
-                  << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
+        std::cout << "  " << device << '.' << name << " = " << PlainText(value) << '\n';
       }
     }
   }
   return kExitDone;
 }
 
-// "axis1.speed_rpm=300" as device, key and value.
-std::optional<Json> ParseChange(const std::string& text) {
+using Changes = std::map<const BusConfig*, Json>;
+
+// Adds "axis1.speed_rpm=300" to the changes of the device's bus, as device, key and value.
+Result<> AddChange(const MachineConfig& machine, const std::string& text, Changes& changes) {
   const std::size_t dot = text.find('.');
   const std::size_t equals = text.find('=');
-  if (dot == 0 || equals == std::string::npos || dot + 1 >= equals) return std::nullopt;
-  return Json::array({text.substr(0, dot), text.substr(dot + 1, equals - dot - 1), text.substr(equals + 1)});
-}
-
-// The changes of each bus; nothing when one makes no sense, after saying why.
-std::optional<std::map<const BusConfig*, Json>> SortChanges(const MachineConfig& machine,
-                                                            const std::vector<std::string>& changes) {
-  std::map<const BusConfig*, Json> sorted;
-  for (const std::string& text : changes) {
-    const std::optional<Json> change = ParseChange(text);
-    if (!change) {
-      std::cerr << "'" << text << "' is not DEVICE.KEY=VALUE, e.g. axis1.speed_rpm=300\n";
-      return std::nullopt;
-    }
-    const std::string device = (*change)[0];
-    const BusConfig* bus = machine.BusOf(device);
-    if (bus == nullptr || !bus->simulate) {
-      std::cerr << machine.file << ": no simulated device '" << device << "'\n";
-      return std::nullopt;
-    }
-    sorted[bus]["set"].push_back(*change);
+  if (dot == 0 || equals == std::string::npos || dot + 1 >= equals) {
+    return Failure("'" + text + "' is not DEVICE.KEY=VALUE, e.g. axis1.speed_rpm=300");
   }
-  return sorted;
-}
-
-int Change(const MachineConfig& machine, const BusConfig& bus, const Json& question) {
-  const std::optional<Json> answer = Ask(machine, bus, question);
-  if (!answer) return kExitNoAnswer;
-  const Json errors = answer->value("errors", Json::array());
-  for (const Json& error : errors)
-    std::cerr << (error.is_string() ? error.get<std::string>() : error.dump()) << '\n';
-  return errors.empty() ? kExitDone : kExitBad;
+  const std::string device = text.substr(0, dot);
+  const BusConfig* bus = machine.BusOf(device);
+  if (bus == nullptr || !bus->simulate) return Failure(machine.file + ": no simulated device '" + device + "'");
+  changes[bus]["set"].push_back({device, text.substr(dot + 1, equals - dot - 1), text.substr(equals + 1)});
+  return {};
 }
 
 int ChangeAll(const MachineConfig& machine, const SimulateOptions& options) {
-  std::optional<std::map<const BusConfig*, Json>> questions = SortChanges(machine, options.changes);
-  if (!questions) return kExitUsage;
+  Changes changes;
+  for (const std::string& text : options.changes) {
+    if (const Result<> added = AddChange(machine, text, changes); !added)
+      return Fail(added.error().text, kExitUsage);
+  }
   if (options.plug || options.unplug) {
-    const std::vector<const BusConfig*> buses = SimulatedBuses(machine, options.buses);
-    if (buses.empty()) return kExitUsage;
-    for (const BusConfig* bus : buses) (*questions)[bus]["plugged"] = options.plug;
+    const Result<Buses> buses = SimulatedBuses(machine, options.buses);
+    if (!buses) return Fail(buses.error().text, kExitUsage);
+    for (const BusConfig* bus : *buses) changes[bus]["plugged"] = options.plug;
   }
   int worst = kExitDone;
-  for (const auto& [bus, question] : *questions) worst = std::max(worst, Change(machine, *bus, question));
+  for (const auto& [bus, question] : changes) {
+    const Result<Json> answer = Ask(machine, *bus, question);
+    if (!answer) {
+      worst = std::max(worst, Fail(answer.error().text, kExitNoAnswer));
+      continue;
+    }
+    for (const Json& error : answer->value("errors", Json::array())) {
+      worst = std::max(worst, Fail(PlainText(error), kExitBad));
+    }
+  }
   return worst;
 }
 
@@ -210,11 +184,10 @@ int Simulate(const SimulateOptions& options) {
   const bool changing = !options.changes.empty() || options.plug || options.unplug;
   const int exit_code = changing ? ChangeAll(*machine, options) : kExitDone;
   if (exit_code != kExitDone || (changing && !options.show)) return exit_code;
-  const std::vector<const BusConfig*> buses = SimulatedBuses(*machine, options.buses);
-  if (buses.empty()) return kExitUsage;
-  if (options.show) return Show(*machine, buses, options.json);
-  if (!FitsInterface(buses, options.interface)) return kExitUsage;
-  return RunSimulators(*machine, buses, options.interface);
+  const Result<Buses> buses = SimulatedBuses(*machine, options.buses);
+  if (!buses) return Fail(buses.error().text, kExitUsage);
+  if (options.show) return ShowBuses(*machine, *buses, options.json);
+  return RunSimulators(*machine, *buses, options.interface);
 }
 
 }  // namespace
@@ -222,32 +195,31 @@ int Simulate(const SimulateOptions& options) {
 void AddSimulateCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SimulateOptions>();
   CLI::App* command =
-      app.add_subcommand("simulate", "Runs the simulators of a machine's buses, or changes running ones");
+      app.add_subcommand("simulate", "Run the simulators of a machine's buses, or change running ones");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_option("--bus", options->buses, "Only this bus (may be repeated); all simulated ones otherwise")
+  command->add_option("--bus", options->buses, "Only this bus; repeat it for more; default all simulated buses")
       ->type_name("NAME")
       ->allow_extra_args(false);
   CLI::Option* on = command
                         ->add_option("--on", options->interface,
-                                     "The nodes of one CAN bus stand on this interface of the machine instead of "
-                                     "a simulated bus")
+                                     "Put the nodes of one CAN bus on this interface instead of a simulated bus")
                         ->type_name("IFACE");
-  command->add_option("--set", options->changes, "Changes a running simulator (may be repeated)")
+  command->add_option("--set", options->changes, "Change a running simulator; repeat it for more changes")
       ->type_name("DEVICE.KEY=VALUE")
       ->allow_extra_args(false)
       ->excludes(on);
-  command->add_flag("--show", options->show, "Prints what running simulators do and what was done to them")
+  command->add_flag("--show", options->show, "Print the state of running simulators, with what was done to them")
       ->excludes(on);
-  command->add_flag("--json", options->json, "With --show: one JSON object per bus")->needs("--show");
+  command->add_flag("--json", options->json, "With --show: print one JSON object per bus")->needs("--show");
   CLI::Option* unplug =
-      command->add_flag("--unplug", options->unplug, "Takes a running simulator's port away")->excludes(on);
-  command->add_flag("--plug", options->plug, "Brings the port back")->excludes(unplug)->excludes(on);
+      command->add_flag("--unplug", options->unplug, "Remove the port of a running simulator")->excludes(on);
+  command->add_flag("--plug", options->plug, "Restore the port")->excludes(unplug)->excludes(on);
   command->footer(
       "examples:\n"
       "  axlecast simulate config/demo.yaml --bus rs485-0          until Ctrl-C\n"
       "  axlecast simulate config/demo.yaml --set axis1.speed_rpm=300 --set axis1.fault=bit_flip:0.001\n"
       "  axlecast simulate config/demo.yaml --show --json\n"
-      "  axlecast simulate nodes.yaml --bus can-0 --on can1        opposite a driver on can0\n"
+      "  axlecast simulate nodes.yaml --bus can-0 --on can1        for a driver on can0\n"
       "keys, units and faults: docs/simulation.md");
   command->callback([options, &exit_code] { exit_code = Simulate(*options); });
 }

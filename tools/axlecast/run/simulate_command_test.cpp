@@ -1,4 +1,4 @@
-#include "tools/axlecast/run/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
@@ -35,13 +35,13 @@ class SimulateCommand : public ::testing::Test {
  protected:
   SimulateCommand() { std::ofstream(file_) << kMachine; }
 
-  // The exit code; what was said stands in errors_.
+  // Returns the exit code. Standard error is then in errors_.
   int Run(std::vector<std::string> words) {
     CLI::App app("test", "axlecast");
     int exit_code = kExitDone;
     AddSimulateCommand(app, exit_code);
     words.insert(words.begin(), {"simulate", file_});
-    std::reverse(words.begin(), words.end());  // as CLI::App::parse wants them
+    std::reverse(words.begin(), words.end());  // the order of CLI::App::parse
     testing::internal::CaptureStderr();
     try {
       app.parse(words);

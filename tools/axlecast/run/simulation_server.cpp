@@ -12,7 +12,6 @@
 #include <span>
 #include <string>
 
-#include "core/base/result.h"
 #include "core/messages/json/field.h"
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/pty.h"
@@ -24,25 +23,58 @@
 namespace axlecast {
 namespace {
 
-// A simulated line of characters: a pty.
+constexpr MonoNs kHostCheck = 10 * kMillisecond;  // how soon a host that opens the line is detected
+constexpr MonoNs kReopen = 100 * kMillisecond;
+
+// A simulated serial line: a pty.
 class SimulatedPty final : public SimulatedPort {
  public:
   // `path`: of the link that a host opens.
   SimulatedPty(std::string path, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), path_(std::move(path)) {}
 
-  [[nodiscard]] Result<> Plug() override;
-  void Unplug() override;
+  [[nodiscard]] Result<> Plug() override {
+    Unplug();
+    Result<> opened = pty_.Open(path_);
+    if (opened) LookForHost();
+    return opened;
+  }
+
+  void Unplug() override {
+    has_host_ = false;
+    look_at_ = kNever;
+    pty_.Close();
+  }
+
   [[nodiscard]] bool HasHost() const override { return has_host_; }
-  // A pty without a host would report that at once, again and again: then it is looked for from time to time.
+  // A pty without a host would be readable all the time. NextDue then causes a check for a host.
   [[nodiscard]] int FileDescriptor() const override { return has_host_ ? pty_.FileDescriptor() : -1; }
   [[nodiscard]] MonoNs NextDue() const override { return look_at_; }
-  void Serve() override;
-  void Transmit(Bytes bytes) override;
+
+  void Serve() override {
+    if (!pty_.IsOpen()) return;
+    if (!has_host_) LookForHost();
+    if (!has_host_) return;
+    TellBaud();
+    const std::size_t count = pty_.Read(received_);
+    if (count > 0) {
+      return simulator().OnBytes(Bytes(received_).first(count), Now(), [this](Bytes bytes) { Transmit(bytes); });
+    }
+    LookForHost();
+    if (!has_host_) pty_.Discard();
+  }
+
+  void Transmit(Bytes bytes) override {
+    if (has_host_) static_cast<void>(pty_.Write(bytes));
+  }
 
  private:
   [[nodiscard]] std::int64_t Baud() const override { return has_host_ ? pty_.Baud() : 0; }
-  void LookForHost();
+
+  void LookForHost() {
+    has_host_ = pty_.HasHost();
+    look_at_ = has_host_ ? kNever : Now() + kHostCheck;
+  }
 
   const std::string path_;
   Pty pty_;
@@ -51,57 +83,54 @@ class SimulatedPty final : public SimulatedPort {
   std::array<std::uint8_t, 512> received_{};
 };
 
-constexpr MonoNs kHostCheck = 10 * kMillisecond;  // how soon a host that opens the line is noticed
-
-Result<> SimulatedPty::Plug() {
-  Unplug();
-  Result<> opened = pty_.Open(path_);
-  if (opened) LookForHost();
-  return opened;
-}
-
-void SimulatedPty::Unplug() {
-  has_host_ = false;
-  look_at_ = kNever;
-  pty_.Close();
-}
-
-void SimulatedPty::LookForHost() {
-  has_host_ = pty_.HasHost();
-  look_at_ = has_host_ ? kNever : Now() + kHostCheck;
-}
-
-void SimulatedPty::Serve() {
-  if (!pty_.IsOpen()) return;
-  if (!has_host_) LookForHost();
-  if (!has_host_) return;
-  TellBaud();
-  const std::size_t count = pty_.Read(received_);
-  if (count > 0) return simulator().OnBytes(Bytes(received_).first(count), Now(), [this](Bytes b) { Transmit(b); });
-  LookForHost();
-  if (!has_host_) pty_.Discard();
-}
-
-void SimulatedPty::Transmit(Bytes bytes) {
-  if (has_host_) static_cast<void>(pty_.Write(bytes));
-}
-
-// The simulated nodes of a CAN bus on an interface of Linux: beside real nodes, or opposite a driver on another interface
-// of the same bus. Frames are acknowledged by the interface's controller, whatever the simulator says.
+// The simulated nodes of a CAN bus on a Linux interface: together with real nodes, or connected to a driver on another
+// interface of the same bus. The interface's controller acknowledges frames, whatever the simulator returns.
 class SimulatedInterface final : public SimulatedPort {
  public:
   // `interface`: can1.
   SimulatedInterface(const std::string& interface, Simulator& simulator, const Clock& clock)
       : SimulatedPort(simulator, clock), socket_({.interface = interface, .filters = {}, .sole = false}, clock) {}
 
-  // The interface is up; later it may go and come back.
-  [[nodiscard]] Result<> Plug() override;
-  void Unplug() override;
+  // The interface must be up. Later it may go down and come back.
+  [[nodiscard]] Result<> Plug() override {
+    Unplug();
+    Result<> opened = socket_.Open();
+    if (!opened) return opened;
+    bitrate_ = socket_.Controller().bitrate;
+    TellBaud();
+    return {};
+  }
+
+  void Unplug() override {
+    socket_.Close();
+    bitrate_ = 0;
+    reopen_at_ = kNever;
+  }
+
   [[nodiscard]] bool HasHost() const override { return socket_.IsOpen(); }
   [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }
   [[nodiscard]] MonoNs NextDue() const override { return reopen_at_; }
-  void Serve() override;
-  void Transmit(Bytes bytes) override;
+
+  void Serve() override {
+    if (reopen_at_ <= Now() && !Plug()) reopen_at_ = Now() + kReopen;
+    if (!socket_.IsOpen()) return;
+    FrameLink::Received received;
+    FrameLink::Status status = socket_.Receive(received);
+    for (; status == FrameLink::Status::kOk; status = socket_.Receive(received)) {
+      if (received.own || (received.frame.id & kCanError) != 0) continue;
+      // The controller has already acknowledged it.
+      static_cast<void>(simulator().OnFrame(received.frame, Now(), [this](Bytes bytes) { Transmit(bytes); }));
+    }
+    if (status != FrameLink::Status::kLost) return;
+    Unplug();
+    reopen_at_ = Now() + kReopen;
+  }
+
+  void Transmit(Bytes bytes) override {
+    const std::optional<CanFrame> frame = FromPacket(bytes);
+    // If the queue is full, the frame is lost, as in a real node.
+    if (frame && socket_.IsOpen()) static_cast<void>(socket_.Send(*frame));
+  }
 
  private:
   [[nodiscard]] std::int64_t Baud() const override { return bitrate_; }
@@ -111,47 +140,9 @@ class SimulatedInterface final : public SimulatedPort {
   MonoNs reopen_at_ = kNever;
 };
 
-constexpr MonoNs kReopen = 100 * kMillisecond;
-
-Result<> SimulatedInterface::Plug() {
-  Unplug();
-  Result<> opened = socket_.Open();
-  if (!opened) return opened;
-  bitrate_ = socket_.Controller().bitrate;
-  TellBaud();
-  return {};
-}
-
-void SimulatedInterface::Unplug() {
-  socket_.Close();
-  bitrate_ = 0;
-  reopen_at_ = kNever;
-}
-
-void SimulatedInterface::Serve() {
-  if (reopen_at_ <= Now() && !Plug()) reopen_at_ = Now() + kReopen;
-  if (!socket_.IsOpen()) return;
-  FrameLink::Received received;
-  FrameLink::Status status = socket_.Receive(received);
-  for (; status == FrameLink::Status::kOk; status = socket_.Receive(received)) {
-    if (received.own || (received.frame.id & kCanError) != 0) continue;
-    // Acknowledged it is already.
-    static_cast<void>(simulator().OnFrame(received.frame, Now(), [this](Bytes bytes) { Transmit(bytes); }));
-  }
-  if (status != FrameLink::Status::kLost) return;
-  Unplug();
-  reopen_at_ = Now() + kReopen;
-}
-
-void SimulatedInterface::Transmit(Bytes bytes) {
-  const std::optional<CanFrame> frame = FromPacket(bytes);
-  // A full queue loses it, as a node's own would.
-  if (frame && socket_.IsOpen()) static_cast<void>(socket_.Send(*frame));
-}
-
 using Json = nlohmann::ordered_json;
 
-// Numbers stay numbers.
+// Returns a number if the text is one.
 Json Value(const std::string& text) {
   Json value = Json::parse(text, nullptr, false);
   return value.is_number() ? value : Json(text);
@@ -176,19 +167,19 @@ std::unique_ptr<SimulatedPort> MakePort(const SimulationServer::BusPlace& place,
 
 SimulationServer::SimulationServer(const Clock& clock) : clock_(clock) {}
 
-std::string SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> simulator) {
+Result<> SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> simulator) {
   auto bus = std::make_unique<Bus>();
   bus->place = std::move(place);
   bus->simulator = std::move(simulator);
-  if (const Result<> done = bus->lock.Acquire(bus->place.lock); !done) {
-    return "bus " + bus->place.bus + " is simulated already: " + done.error().text;
+  if (const Result<> locked = bus->lock.Acquire(bus->place.lock); !locked) {
+    return Failure("bus " + bus->place.bus + " is simulated already: " + locked.error().text);
   }
   bus->port = MakePort(bus->place, *bus->simulator, clock_);
-  if (const Result<> plugged = bus->port->Plug(); !plugged) return plugged.error().text;
+  if (Result<> plugged = bus->port->Plug(); !plugged) return plugged;
   if (!bus->place.lines.empty()) {
-    if (const Result<> bound = bus->lines.Listen(bus->place.lines); !bound) return bound.error().text;
+    if (Result<> listening = bus->lines.Listen(bus->place.lines); !listening) return listening;
   }
-  if (std::string problem = bus->control.Listen(bus->place.control); !problem.empty()) return problem;
+  if (const Result<> listening = bus->control.Listen(bus->place.control); !listening) return listening;
   buses_.push_back(std::move(bus));
   return {};
 }
@@ -203,7 +194,7 @@ MonoNs SimulationServer::NextDue() const {
   return due;
 }
 
-// The stop event, then of each bus its port, its lines and its control socket.
+// Lists the stop event, then for each bus its port, its lines and its control socket.
 void SimulationServer::FillPolls(std::vector<pollfd>& polls) const {
   polls.assign(1, {stop_.FileDescriptor(), POLLIN, 0});
   for (const auto& bus : buses_) {
@@ -213,13 +204,14 @@ void SimulationServer::FillPolls(std::vector<pollfd>& polls) const {
   }
 }
 
-std::string SimulationServer::Run() {
-  if (!stop_.valid()) return std::string("cannot create an event: ") + std::strerror(errno);
+Result<> SimulationServer::Run() {
+  if (!stop_.valid()) return Failure(std::string("cannot create an event: ") + std::strerror(errno));
   prctl(PR_SET_TIMERSLACK, 1UL);
   std::vector<pollfd> polls;
   while (true) {
     FillPolls(polls);
-    if (PollUntil(polls, NextDue(), clock_) < 0) return std::string("cannot wait: ") + std::strerror(errno);
+    if (PollUntil(polls, NextDue(), clock_) < 0)
+      return Failure(std::string("cannot wait: ") + std::strerror(errno));
     if (polls[0].revents != 0) return {};
     for (std::size_t i = 0; i < buses_.size(); ++i) ServeBus(*buses_[i], std::span(polls).subspan(1 + 3 * i, 3));
   }
@@ -237,14 +229,14 @@ void SimulationServer::ServeBus(Bus& bus, std::span<const pollfd> polls) {
 }
 
 void SimulationServer::OnPulses(Bus& bus) {
-  bus.port->Serve();  // what came before the pulse, if only the host itself
+  bus.port->Serve();  // data from before the pulse, or only a new host
   bus.port->TellBaud();
   while (const std::optional<Pulse> pulse = bus.lines.Next()) {
     bus.simulator->OnPulse(pulse->line, pulse->low, clock_.Now(), [&bus](Bytes b) { bus.port->Transmit(b); });
   }
 }
 
-// ---- questions from outside ----
+// ---- questions of other processes ----
 
 std::string SimulationServer::Answer(Bus& bus, const std::string& text) {
   const Json question = ParseOutsideJson(text);

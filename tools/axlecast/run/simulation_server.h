@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/device/family.h"
 #include "core/device/simulator.h"
@@ -19,8 +20,7 @@ struct pollfd;
 
 namespace axlecast {
 
-// Puts simulated buses where drivers find them, and lets other processes look at them and change them. Run belongs to
-// one thread.
+// Provides simulated buses to drivers. Other processes can query and change the buses. Run belongs to one thread.
 class SimulationServer {
  public:
   explicit SimulationServer(const Clock& clock);
@@ -29,18 +29,18 @@ class SimulationServer {
     std::string bus;
     std::vector<std::string> devices;
     LinkKind link = LinkKind::kSerial;
-    std::string port;            // what a driver opens: the path of the pty's link or of the socket
+    std::string port;            // the path that a driver opens: the link of the pty, or the socket
     std::string control;         // path of the control socket
     std::string lock;            // path of the lock: one simulator per bus
-    std::string lines = {};      // path of the socket for pulses on the lines beside the bus; empty: it has none
-    std::string interface = {};  // of a CAN bus: the nodes stand on this interface, and `port` is not made
+    std::string lines = {};      // path of the socket for pulses on additional lines; empty: no such lines
+    std::string interface = {};  // of a CAN bus: the nodes use this interface, and `port` is not created
   };
-  // An empty string when the bus is ready, else the cause and the remedy. Before Run.
-  [[nodiscard]] std::string Add(BusPlace place, std::unique_ptr<Simulator> simulator);
+  // Adds a bus. Call it before Run.
+  [[nodiscard]] Result<> Add(BusPlace place, std::unique_ptr<Simulator> simulator);
 
-  // Serves until Stop. An empty string, or why it could not go on.
-  [[nodiscard]] std::string Run();
-  // From any thread, or from a signal handler.
+  // Serves until Stop.
+  [[nodiscard]] Result<> Run();
+  // May be called from any thread and from a signal handler.
   void Stop();
 
  private:

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -84,8 +83,8 @@ class SimulationServerTest : public testing::Test {
               .control = directory_ + "/b0.ctl",
               .lock = directory_ + "/b0.sim",
               .lines = directory_ + "/b0.lines"};
-    EXPECT_EQ(server_.Add(place_, std::make_unique<PlusOne>()), "");
-    thread_ = std::thread([this] { EXPECT_EQ(server_.Run(), ""); });
+    EXPECT_EQ(ErrorText(server_.Add(place_, std::make_unique<PlusOne>())), "");
+    thread_ = std::thread([this] { EXPECT_EQ(ErrorText(server_.Run()), ""); });
   }
   ~SimulationServerTest() override {
     server_.Stop();
@@ -238,7 +237,7 @@ TEST_F(SimulatedCanServerTest, AnInterfaceThatDoesNotExistIsNamed) {
   place_.lock = directory_ + "/b1.sim";
   place_.lines = "";
   place_.interface = "nocan7";
-  const std::string problem = second.Add(place_, std::make_unique<PlusOne>());
+  const std::string problem = ErrorText(second.Add(place_, std::make_unique<PlusOne>()));
   EXPECT_THAT(problem, testing::AnyOf(testing::HasSubstr("nocan7 does not exist"),
                                       testing::HasSubstr("this kernel has no CAN"),
                                       testing::HasSubstr("this kernel has no raw CAN")));
@@ -280,9 +279,9 @@ TEST_F(SimulatedSpiServerTest, UnpluggedTheHostLosesItsBusAndFindsItAgainWhenPlu
 
 TEST_F(SimulationServerTest, OneSimulatorPerBus) {
   SimulationServer second(clock_);
-  EXPECT_THAT(second.Add(place_, std::make_unique<PlusOne>()), testing::HasSubstr("simulated already"));
+  EXPECT_THAT(ErrorText(second.Add(place_, std::make_unique<PlusOne>())), testing::HasSubstr("simulated already"));
   const Descriptor host = OpenHost();
-  EXPECT_EQ(Exchange(host, 'a'), 'b') << "the first goes on";
+  EXPECT_EQ(Exchange(host, 'a'), 'b') << "the first still runs";
 }
 
 TEST_F(SimulationServerTest, NonsenseGetsAnAnswerToo) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/config/web_config.h"
+#include "core/config/service_config.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/web_server.h"
 #include "platform/os/mapped_file.h"
@@ -19,11 +19,10 @@
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/program.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/run/subcommands.h"
 #include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
 #include "tools/web/web_app.h"
@@ -31,7 +30,14 @@
 namespace axlecast {
 namespace {
 
-// What `axlecast web` was asked for.
+// The file of a secret, from the command line.
+SecretPlace SecretFileAt(const std::string& file) {
+  SecretPlace place;
+  place.file = std::filesystem::absolute(file);
+  place.group_may_read = true;
+  return place;
+}
+
 struct WebOptions {
   ConfigOption config;
   std::vector<std::string> logs;
@@ -43,66 +49,55 @@ struct WebOptions {
   std::vector<std::string> names;
   std::size_t clients = 16;
 
-  void AddTo(CLI::App& command);
-  // The file's block with what was said instead.
-  [[nodiscard]] WebConfig Over(WebConfig web) const;
+  void AddTo(CLI::App& command) {
+    config.AddTo(command, ConfigOption::Form::kPositional);
+    command.add_option("--log", logs, "Show these recorded logs instead of the live machine")->type_name("FILE");
+    command.add_option("--bind", bind, "Serve on this address instead of the file's (127.0.0.1: only this host)")
+        ->type_name("ADDRESS");
+    command.add_option("--port", port, "Serve on this TCP port instead of the file's (8380); 0: any free port")
+        ->check(CLI::Range(0, 65535))
+        ->type_name("N");
+    command.add_option("--tls-cert", certificate, "PEM file of the certificate and its chain")->type_name("FILE");
+    command.add_option("--tls-key", key, "PEM file of its key, mode 0600 or 0640")->type_name("FILE");
+    command.add_option("--token-file", token_file, "File of the token for browsers to sign in, mode 0600 or 0640")
+        ->type_name("FILE");
+    command.add_option("--name", names, "Accept this name of the host in requests, in addition to its own")
+        ->type_name("NAME");
+    command.add_option("--clients", clients, "Maximum number of browsers at the same time")
+        ->check(CLI::Range(1, 200))
+        ->capture_default_str()
+        ->type_name("N");
+  }
+
+  // Replaces values of the machine's file by those of the command line.
+  [[nodiscard]] WebConfig Over(WebConfig web) const {
+    web.bind = bind.value_or(web.bind);
+    web.port = port.value_or(web.port);
+    web.certificate = certificate.value_or(web.certificate);
+    web.key = key.value_or(web.key);
+    if (token_file) web.token = SecretFileAt(*token_file);
+    web.names.insert(web.names.end(), names.begin(), names.end());
+    return web;
+  }
 };
 
-// A secret's file, as a command line names it.
-SecretPlace SecretFileAt(const std::string& file) {
-  SecretPlace place;
-  place.file = std::filesystem::absolute(file);
-  place.group_may_read = true;
-  return place;
-}
-
-void WebOptions::AddTo(CLI::App& command) {
-  config.AddTo(command, ConfigOption::Form::kPositional);
-  command.add_option("--log", logs, "Show these recorded logs instead of the live machine")->type_name("FILE");
-  command.add_option("--bind", bind, "Address to serve on, instead of the file's (127.0.0.1: this host alone)")
-      ->type_name("ADDRESS");
-  command.add_option("--port", port, "TCP port, instead of the file's (8380); 0: any free one")
-      ->check(CLI::Range(0, 65535))
-      ->type_name("N");
-  command.add_option("--tls-cert", certificate, "PEM file of the certificate and its chain")->type_name("FILE");
-  command.add_option("--tls-key", key, "PEM file of its key, mode 0600 or 0640")->type_name("FILE");
-  command.add_option("--token-file", token_file, "File of mode 0600 or 0640 that holds what browsers sign in with")
-      ->type_name("FILE");
-  command.add_option("--name", names, "A name under which browsers reach this host, besides its own")
-      ->type_name("NAME");
-  command.add_option("--clients", clients, "Browsers at the same time")
-      ->check(CLI::Range(1, 200))
-      ->capture_default_str()
-      ->type_name("N");
-}
-
-WebConfig WebOptions::Over(WebConfig web) const {
-  web.bind = bind.value_or(web.bind);
-  web.port = port.value_or(web.port);
-  web.certificate = certificate.value_or(web.certificate);
-  web.key = key.value_or(web.key);
-  if (token_file) web.token = SecretFileAt(*token_file);
-  web.names.insert(web.names.end(), names.begin(), names.end());
-  return web;
-}
-
 constexpr int kQueue = 50'000;         // messages, between two ticks
-constexpr int kMaxHandles = 20;        // in one tick, so that browsers are served under any load
-constexpr int kSpareConnections = 32;  // of HTTP requests and monitoring, beside the browsers' WebSockets
+constexpr int kMaxHandles = 20;        // per tick, so that browsers are served under any load
+constexpr int kSpareConnections = 32;  // for HTTP requests and monitoring, in addition to the browsers' WebSockets
 
-// The machine's messages, as they come.
+// Receives the messages of the live machine.
 class LiveSource {
  public:
   LiveSource(const MachineConfig& machine, const Clock& clock)
-      : clock_(clock), scene_(machine, AXLECAST_VERSION, std::nullopt) {
+      : clock_(clock), model_(machine, AXLECAST_VERSION, std::nullopt) {
     Listen(machine.lcm.url, machine.lcm.prefix, Monitor::kDataChannels);
     Listen(machine.lcm.command_url, machine.lcm.prefix, Monitor::kCommandChannels);
   }
 
   [[nodiscard]] const std::string& problem() const { return problem_; }
-  [[nodiscard]] WebModel& scene() { return scene_; }
+  [[nodiscard]] WebModel& model() { return model_; }
 
-  // Takes in what has come.
+  // Processes the received messages.
   void Gather() {
     for (LcmPort& port : ports_) {
       pollfd waits = {port.FileDescriptor(), POLLIN, 0};
@@ -112,9 +107,9 @@ class LiveSource {
     }
     ReceptionCounts counts;
     for (const LcmPort& port : ports_) counts += port.received();
-    scene_.OnReception(counts);
+    model_.OnReception(counts);
     const MonoNs now = clock_.Now();
-    scene_.Tick(now);
+    model_.Tick(now);
     if (const std::string lost = reception_.Next(counts, now, ports_.front().warning()); !lost.empty()) {
       std::cerr << lost << '\n';
     }
@@ -124,20 +119,20 @@ class LiveSource {
   void Listen(const std::string& url, const std::string& prefix, const char* channels) {
     LcmPort& port = ports_.emplace_back(url, prefix);
     const auto handler = [this](const std::string& channel, Bytes message) {
-      scene_.OnMessage(channel, message, {clock_.Now(), clock_.UtcMicroseconds()});
+      model_.OnMessage(channel, message, {clock_.Now(), clock_.UtcMicroseconds()});
     };
     if (problem_.empty()) problem_ = port.problem();
     if (problem_.empty() && !port.Subscribe(channels, handler, kQueue)) problem_ = "cannot subscribe on " + url;
   }
 
   const Clock& clock_;
-  WebModel scene_;
+  WebModel model_;
   std::list<LcmPort> ports_;
   ReceptionReport reception_;
   std::string problem_;
 };
 
-// Recorded logs.
+// Reads recorded logs.
 class LogSource {
  public:
   LogSource(const std::vector<std::string>& paths, const Clock& clock) : clock_(clock) {
@@ -150,13 +145,13 @@ class LogSource {
     const LogSpan span = SpanOf(bytes_);
     facts_.first_utime = span.first;
     facts_.last_utime = span.last;
-    if (problem_.empty() && span.first == 0 && span.last == 0) problem_ = paths.front() + ": no message is in it";
+    if (problem_.empty() && span.first == 0 && span.last == 0) problem_ = paths.front() + ": contains no message";
   }
 
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
-  // `machine`: of a file that was named; else the log's own.
-  void Know(std::optional<MachineConfig> machine) {
+  // `machine`: from --config; without it, the machine of the log is used.
+  void SetMachine(std::optional<MachineConfig> machine) {
     if (!machine) {
       if (Result<MachineConfig> recorded = MachineOf(bytes_.front(), files_.front().path()); recorded) {
         machine = std::move(*recorded);
@@ -172,7 +167,7 @@ class LogSource {
     return std::make_unique<LogPlayer>(bytes_, machine_, AXLECAST_VERSION, facts_, clock_.Now());
   }
 
-  // What became of the files meanwhile.
+  // Returns the error if a file has become unreadable; otherwise an empty text.
   [[nodiscard]] std::string Loss() const {
     for (const MappedFile& file : files_) {
       if (std::string loss = file.Loss(); !loss.empty()) return loss;
@@ -189,78 +184,72 @@ class LogSource {
   std::string problem_;
 };
 
-// Reads what is secret. Empty when it can be used, else why not.
-std::string ReadSecrets(const WebConfig& web, Secret& token) {
+// Returns the token, which is empty if none is required. Also checks that the TLS key can be read.
+Result<Secret> ReadSecrets(const WebConfig& web) {
   SecretFiles files;
   if (!web.key.empty()) {
     const Result<Secret> key = files.Read(SecretFileAt(web.key));
-    if (!key) return "tls_key: " + key.error().text;
+    if (!key) return Failure("tls_key: " + key.error().text);
   }
-  if (web.token.empty()) return "";
-  Result<Secret> read = files.Read(web.token);
-  if (!read) return "token: " + read.error().text;
-  token = std::move(*read);
-  if (token.text().size() >= WebAccess::kMinTokenLength) return "";
-  return "token: of less than " + std::to_string(WebAccess::kMinTokenLength) +
-         " characters: it could be guessed; make one: (umask 077; openssl rand -hex 16 > FILE)";
+  if (web.token.empty()) return Secret();
+  Result<Secret> token = files.Read(web.token);
+  if (!token) return Failure("token: " + token.error().text);
+  if (token->text().size() >= WebAccess::kMinTokenLength) return token;
+  return Failure("token: shorter than " + std::to_string(WebAccess::kMinTokenLength) +
+                 " characters: it could be guessed; create one: (umask 077; openssl rand -hex 16 > FILE)");
 }
 
-int Refuse(const std::string& problem, int exit_code) {
-  std::cerr << problem << '\n';
-  return exit_code;
-}
-
-// Serves `parts` until a signal asks to stop. `title`: of what is shown.
+// Serves `parts` until a signal. `title`: the machine or log that is shown.
 int Serve(const WebOptions& options, WebConfig web, const std::string& title, WebSiteParts parts) {
-  Secret token;
-  if (const std::string problem = ReadSecrets(web, token); !problem.empty()) return Refuse(problem, kExitBad);
+  const Result<Secret> token = ReadSecrets(web);
+  if (!token) return Fail(token.error().text, kExitBad);
   std::vector<std::string> names = web.names;
   names.push_back(HostName());
-  WebAccess access({.names = names, .tls = !web.certificate.empty(), .token_required = !web.token.empty()}, token);
+  WebAccess access({.names = names, .tls = !web.certificate.empty(), .token_required = !web.token.empty()}, *token);
   const SystemClock clock;
   const StopSignal stop;
   Supervision supervision;
   parts.clock = &clock;
   parts.access = &access;
   parts.files = PageFiles();
-  parts.most_clients = options.clients;
+  parts.max_clients = options.clients;
   parts.tick = [&stop, &clock, &supervision, gather = std::move(parts.tick)] {
     supervision.Progress(clock.Now());
     return gather() && !stop.Requested();
   };
   WebApp site(std::move(parts));
-  const int most_connections = static_cast<int>(options.clients) + kSpareConnections;
+  const int max_connections = static_cast<int>(options.clients) + kSpareConnections;
   WebServer server({.address = web.bind,
                     .port = web.port,
                     .certificate = web.certificate,
                     .key = web.key,
-                    .most_connections = most_connections,
-                    .most_per_address = most_connections / 2,
+                    .most_connections = max_connections,
+                    .most_per_address = max_connections / 2,
                     .headers = WebApp::SecurityHeaders()},
                    site);
-  if (!server.problem().empty()) return Refuse(server.problem(), kExitFailed);
+  if (!server.problem().empty()) return Fail(server.problem(), kExitFailed);
   std::cerr << title << "; Ctrl-C ends it\n";
   web.port = server.port();
   static_cast<void>(WriteOut(WebUrl(web, HostName()) + '\n'));
   supervision.Ready();
   const bool served = server.Run();
   supervision.Stopping();
-  return served ? kExitDone : Refuse("the server's library failed", kExitFailed);
+  return served ? kExitDone : Fail("the server's library failed", kExitFailed);
 }
 
 int ServeLive(const WebOptions& options, const WebConfig& web, const MachineConfig& machine) {
   const SystemClock clock;
   LiveSource source(machine, clock);
-  if (!source.problem().empty()) return Refuse(source.problem(), kExitBad);
+  if (!source.problem().empty()) return Fail(source.problem(), kExitBad);
   WebSiteParts parts;
-  parts.live = &source.scene();
+  parts.live = &source.model();
   parts.tick = [&source] {
     source.Gather();
     return true;
   };
   parts.problem = [&source] { return source.problem(); };
   parts.metrics = [&source, &clock] {
-    return MetricsText(source.scene().monitor(), clock.Now(), AXLECAST_VERSION);
+    return MetricsText(source.model().monitor(), clock.Now(), AXLECAST_VERSION);
   };
   return Serve(options, web, machine.machine, std::move(parts));
 }
@@ -268,8 +257,8 @@ int ServeLive(const WebOptions& options, const WebConfig& web, const MachineConf
 int ServeLog(const WebOptions& options, const WebConfig& web, std::optional<MachineConfig> machine) {
   const SystemClock clock;
   LogSource source(options.logs, clock);
-  if (!source.problem().empty()) return Refuse(source.problem(), kExitBad);
-  source.Know(std::move(machine));
+  if (!source.problem().empty()) return Fail(source.problem(), kExitBad);
+  source.SetMachine(std::move(machine));
   WebSiteParts parts;
   parts.open_log = [&source] { return source.Open(); };
   parts.tick = [] { return true; };
@@ -285,8 +274,8 @@ int RunWeb(const WebOptions& options) {
     machine = *std::move(loaded);
   }
   const WebConfig web = options.Over(machine ? machine->web : WebConfig{});
-  const std::vector<WebFault> faults = FaultsOf(web);
-  for (const WebFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
+  const std::vector<ConfigFault> faults = FaultsOf(web);
+  for (const ConfigFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
   if (!faults.empty()) return kExitUsage;
   return options.logs.empty() ? ServeLive(options, web, *machine) : ServeLog(options, web, std::move(machine));
 }
@@ -295,16 +284,16 @@ int RunWeb(const WebOptions& options) {
 
 void AddWebCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<WebOptions>();
-  CLI::App* command = app.add_subcommand("web", "Shows the machine, or a log, in the browser; it only shows");
+  CLI::App* command =
+      app.add_subcommand("web", "Show the machine, or a log, in the browser; it accepts no commands");
   options->AddTo(*command);
   command->footer(
       "examples:\n"
-      "  axlecast web                                  the machine's file as elsewhere; open the URL that it "
-      "prints\n"
+      "  axlecast web                                  the machine's file as usual; open the printed URL\n"
       "  axlecast web --log run7.lcm --port 0          a recorded log, with a time slider; no machine needed\n"
       "  axlecast web --bind 0.0.0.0 --tls-cert web.pem --tls-key web.key --token-file web.token\n"
-      "Beside the page: /metrics (Prometheus), /healthz. Other hosts reach it over TLS and with a token only.\n"
-      "exit code: 0 ended by a signal, 1 some input is bad, 2 usage, 4 it cannot serve there");
+      "It also serves /metrics (Prometheus) and /healthz. Other hosts need TLS and a token.\n"
+      "exit code: 0 ended by a signal, 1 an input is bad, 2 usage, 4 the address cannot be served");
   command->callback([options, &exit_code] { exit_code = RunWeb(*options); });
 }
 

@@ -1,36 +1,37 @@
 #include "tools/axlecast/setup/config_report.h"
 
-#include <cstdio>
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <optional>
 
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
+#include "core/config/load.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
+#include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/new_keys.h"
 
 namespace axlecast {
 namespace {
 
-// Beyond it commands, retries and the silence after a fault have to take slots from readings.
+// Above it, commands, retries and the silence after a fault take slots from readings.
 constexpr double kBusy = 0.9;
-// A USB adapter hands bytes over once a millisecond at best (FTDI latency timer at 1 ms).
+// A USB adapter delivers bytes at most once per millisecond (FTDI latency timer at 1 ms).
 constexpr double kUsbHz = 1'000;
-// Measured: here each LCM process that only listens in costs about a tenth of a core.
+// Measured: at this rate, each LCM process that only receives uses about a tenth of a core.
 constexpr double kManyMessages = 20'000;
 constexpr double kDayNs = 86'400e9;
 
 using Json = nlohmann::ordered_json;
 
-std::string Format(const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
-// As it sends by itself, or as it is asked; 0: not known.
+// Returns the period of a device that sends by itself, else of polling; 0: unknown.
 double RefreshUs(const DeviceConfig& device, const BusLoad& load) {
   const MonoNs own = device.settings->own_period;
   if (own > 0) return static_cast<double>(own) / static_cast<double>(kMicrosecond);
@@ -45,21 +46,22 @@ void AddBusWarnings(const BusConfig& bus, std::vector<std::string>& warnings) {
   const BusLoad load = LoadOf(bus);
   const std::string bus_name = "bus " + bus.name + ": ";
   if (bus.poll_hz > 0 && load.utilisation > kBusy) {
-    warnings.push_back(bus_name + "readings take " + Format("%.0f", load.utilisation * 100) +
-                       " % of the wire's time: commands and retries will cost readings; poll_hz " +
-                       Format("%.0f", load.most_hz * kBusy) + " or less" +
-                       (bus.devices.size() > 1 ? ", or a second bus, leaves them room" : " leaves them room"));
+    const char* or_bus = bus.devices.size() > 1 ? ", or a second bus," : "";
+    warnings.push_back(bus_name +
+                       Text("readings take %.0f %% of the wire's time: commands and retries will replace "
+                            "readings; poll_hz %.0f or less%s leaves them room",
+                            load.utilisation * 100, load.max_hz * kBusy, or_bus));
   }
   if (bus.simulate || !IsUsb(bus.link.port)) return;
   if (bus.poll_hz > kUsbHz) {
     warnings.push_back(bus_name +
-                       "a USB adapter answers at most about 1000 times a second (latency timer at 1 ms): " +
-                       "poll_hz " + Format("%.0f", bus.poll_hz) + " will not be reached");
+                       Text("a USB adapter answers at most about 1000 times a second (latency timer at 1 ms): "
+                            "poll_hz %.0f will not be reached",
+                            bus.poll_hz));
   }
   if (!bus.link.port.starts_with("/dev/serial/by-id/")) {
     warnings.push_back(bus_name + bus.link.port +
-                       " may name another adapter after the next start: use its name in "
-                       "/dev/serial/by-id/");
+                       " may name another adapter after the next start: use its name in /dev/serial/by-id/");
   }
 }
 
@@ -68,7 +70,7 @@ bool SendByThemselves(const BusConfig& bus) {
                      [](const DeviceConfig& device) { return device.settings->own_period > 0; });
 }
 
-// Share of the wire's time that they take.
+// Returns the share of the wire's time that their messages take.
 double SentShare(const BusConfig& bus) {
   double share = 0;
   for (const DeviceConfig& device : bus.devices) {
@@ -95,7 +97,7 @@ std::string LineText(const BusConfig& bus) {
   return std::to_string(spi.clock_hz) + " Hz, SPI mode " + std::to_string(spi.mode);
 }
 
-// What of the line only its kind has.
+// Returns the settings that only this kind of line has.
 Json LineJson(const BusConfig& bus) {
   if (IsSerial(bus)) return {{"baud", bus.link.line.baud}, {"format", FormatText(bus.link.line)}};
   if (bus.family->link == LinkKind::kCan) return {{"bitrate", bus.link.bitrate}};
@@ -104,7 +106,8 @@ Json LineJson(const BusConfig& bus) {
 }
 
 std::string Travel(const DeviceConfig& device) {
-  std::string text = Format("%.12g", device.per_turn) + ' ' + std::string(UnitName(device.unit)) + "/turn";
+  const std::string unit(UnitName(device.unit));
+  std::string text = Text("%.12g %s/turn", device.per_turn, unit.c_str());
   if (device.ratio_num != device.ratio_den) {
     text += ", gear " + std::to_string(device.ratio_num) + ':' + std::to_string(device.ratio_den);
   }
@@ -113,39 +116,35 @@ std::string Travel(const DeviceConfig& device) {
 
 bool HasOwnLimits(const DeviceConfig& device) { return device.speed_rpm > 0 && device.accel_rad_s2 > 0; }
 
-// The narrower the limits, the more damaged readings are recognised.
+// With narrower limits, more damaged readings are detected.
 std::string LimitsText(const DeviceConfig& device) {
-  if (!HasOwnLimits(device))
-    return ", limits of the model only: `axlecast hwtest " + device.name + "` proposes its own";
-  return ", at most " + Format("%.6g", device.speed_rpm) + " rpm and " + Format("%.6g", device.accel_rad_s2) +
-         " rad/s2";
+  if (HasOwnLimits(device))
+    return Text(", at most %.6g rpm and %.6g rad/s2", device.speed_rpm, device.accel_rad_s2);
+  return ", limits of the model only: `axlecast hwtest " + device.name + "` proposes its own";
 }
 
 std::string BusText(const BusConfig& bus) {
   const BusLoad load = LoadOf(bus);
   std::string text = "bus " + Left(bus.name, 24) + ' ' + Left(std::string(bus.family->name), 10) + ' ' +
                      (bus.simulate ? "simulated" : bus.link.port) + ", " + LineText(bus) + '\n';
-  text +=
-      SendByThemselves(bus) ? "    sent by the devices" : "    polled at " + Format("%.10g", load.poll_hz) + " Hz";
+  text += SendByThemselves(bus) ? "    sent by the devices" : Text("    polled at %.10g Hz", load.poll_hz);
   if (load.round_us > 0) {
-    text += ", one round takes " + Format("%.4g", load.round_us) +
-            " us: " + Format("%.1f", load.utilisation * 100) + " % of the wire's time, at most " +
-            Format("%.0f", load.most_hz) + " Hz";
+    text += Text(", one round takes %.4g us: %.1f %% of the wire's time, at most %.0f Hz", load.round_us,
+                 load.utilisation * 100, load.max_hz);
   }
   text += '\n';
   for (const DeviceConfig& device : bus.devices) {
-    text += "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) + " refreshed every " +
-            Format("%.6g", RefreshUs(device, load)) + " us, published at " +
-            Format("%.4g", MessageRate(bus, device)) + " Hz" +
-            (bus.family->has_position ? ", " + Travel(device) + LimitsText(device) : "") +
-            (device.permit_required ? "" : ", permit not required") + '\n';
+    text +=
+        "    " + Left(device.name, 24) + ' ' + Left(device.model, 12) +
+        Text(" refreshed every %.6g us, published at %.4g Hz", RefreshUs(device, load), MessageRate(bus, device)) +
+        (bus.family->has_position ? ", " + Travel(device) + LimitsText(device) : "") +
+        (device.permit_required ? "" : ", permit not required") + '\n';
   }
   return text;
 }
 
 Json DeviceJson(const BusConfig& bus, const DeviceConfig& device, const BusLoad& load) {
-  char hash[20];
-  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(device.config_hash));
+  const std::string hash = Text("%016llx", static_cast<unsigned long long>(device.config_hash));
   Json json = {
       {"device", device.name},           {"model", device.model},         {"refresh_us", RefreshUs(device, load)},
       {"publish_hz", device.publish_hz}, {"unit", UnitName(device.unit)}, {"per_turn", device.per_turn},
@@ -161,7 +160,7 @@ Json BusJson(const BusConfig& bus) {
   json.update(LineJson(bus));
   json.update({{"poll_hz", bus.poll_hz},
                {"round_us", load.round_us > 0 ? Json(load.round_us) : Json()},
-               {"most_hz", load.round_us > 0 ? Json(load.most_hz) : Json()},
+               {"most_hz", load.round_us > 0 ? Json(load.max_hz) : Json()},
                {"utilisation", load.round_us > 0 ? Json(load.utilisation) : Json()},
                {"devices", Json::array()}});
   for (const DeviceConfig& device : bus.devices) json["devices"].push_back(DeviceJson(bus, device, load));
@@ -174,7 +173,7 @@ std::string LogText(const LogConfig& log) {
       (log.channels.empty() ? "all channels"
                             : (log.invert ? "all channels but " : "channels ") + Quoted(log.channels));
   if (!log.trigger.empty()) text += ", around " + Quoted(log.trigger);
-  if (log.keep > 0) text += ", kept for " + Format("%.6g", static_cast<double>(log.keep) / kDayNs) + " days";
+  if (log.keep > 0) text += Text(", kept for %.6g days", static_cast<double>(log.keep) / kDayNs);
   if (log.quota_bytes > 0) text += ", at most " + std::to_string(log.quota_bytes >> 20) + " MB";
   if (log.keep == 0 && log.quota_bytes == 0) text += ", never deleted";
   return text + '\n';
@@ -215,8 +214,6 @@ Json MqttJson(const MachineConfig& machine) {
       {"broker", BrokerText(mqtt)}, {"tls", mqtt.tls.has_value()}, {"topics", mqtt.prefix + '/' + machine.machine}};
 }
 
-using Json = nlohmann::ordered_json;
-
 std::string PlaceText(const SecretPlace& place) {
   if (!place.file.empty()) return "secret in " + place.file;
   if (!place.credential.empty()) return "secret in credential " + place.credential;
@@ -255,9 +252,9 @@ Json GrantJson(const KeyGrant& grant) {
   return json;
 }
 
-// Where commands need no signature.
+// Returns the warning for a machine whose commands need no signature.
 std::string UnsignedWarning(const MachineConfig& machine) {
-  if (ParseLcmUrl(machine.lcm.command_url).ttl > 0) {
+  if (const auto url = ParseLcmUrl(machine.lcm.command_url); url && url->ttl > 0) {
     return "bridge.unsigned_commands is allow and lcm.command_url leaves this host (ttl): anybody on the network "
            "may "
            "command this machine; set ttl=0, or refuse them (docs/keys.md)";
@@ -272,9 +269,9 @@ std::string UnsignedWarning(const MachineConfig& machine) {
 BusLoad LoadOf(const BusConfig& bus) {
   BusLoad load;
   load.round_us = static_cast<double>(RoundTime(bus)) / static_cast<double>(kMicrosecond);
-  if (load.round_us > 0) load.most_hz = 1e6 / load.round_us;
-  load.poll_hz = bus.poll_hz > 0 ? bus.poll_hz : load.most_hz;
-  if (load.most_hz > 0) load.utilisation = load.poll_hz / load.most_hz;
+  if (load.round_us > 0) load.max_hz = 1e6 / load.round_us;
+  load.poll_hz = bus.poll_hz > 0 ? bus.poll_hz : load.max_hz;
+  if (load.max_hz > 0) load.utilisation = load.poll_hz / load.max_hz;
   if (SendByThemselves(bus)) load.utilisation = SentShare(bus);
   return load;
 }
@@ -283,8 +280,8 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
   std::vector<std::string> warnings;
   for (const BusConfig& bus : machine.buses) AddBusWarnings(bus, warnings);
   if (const double messages = MessageRate(machine); messages > kManyMessages) {
-    warnings.push_back(Format("%.0f", messages) +
-                       " messages a second: every LCM process on the port receives all of them; lower publish_hz");
+    warnings.push_back(Text(
+        "%.0f messages a second: every LCM process on the port receives all of them; lower publish_hz", messages));
   }
   for (std::string& warning : KeyWarnings(machine)) warnings.push_back(std::move(warning));
   return warnings;
@@ -294,7 +291,7 @@ std::string ConfigText(const MachineConfig& machine) {
   std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
-  text += Format("%.0f", MessageRate(machine)) + " POSITION and MOTOR messages a second at most\n";
+  text += Text("%.0f POSITION and MOTOR messages a second at most\n", MessageRate(machine));
   return text + RecorderText(machine) + MqttText(machine) + KeysText(machine);
 }
 
@@ -322,18 +319,18 @@ std::vector<std::string> KeyWarnings(const MachineConfig& machine) {
   if (bridge.allow_unsigned) return {UnsignedWarning(machine)};
   if (bridge.keys.empty()) {
     return {
-        "nobody can command this machine: bridge.keys names no key, and unsigned commands are refused; axlecast "
+        "nobody can command this machine: bridge.keys contains no key, and unsigned commands are refused; axlecast "
         "keygen --machine " +
         machine.machine + " makes the first keys (docs/keys.md)"};
   }
   std::vector<std::string> warnings;
   if (!bridge.bridge.public_key) {
     warnings.push_back(
-        "bridge.key is missing: the drivers obey nothing, because unsigned orders are refused; axlecast "
+        "bridge.key is missing: the drivers execute nothing, because unsigned commands are refused; axlecast "
         "keygen makes one (docs/keys.md)");
   } else if (!bridge.drivers.public_key) {
     warnings.push_back(
-        "bridge.drivers is missing: the bridge believes whoever says that he is a driver; axlecast "
+        "bridge.drivers is missing: the bridge accepts every message that claims to be from a driver; axlecast "
         "keygen makes a key for them (docs/keys.md)");
   }
   return warnings;
@@ -359,6 +356,88 @@ Json KeysJson(const MachineConfig& machine) {
                {"keys", Json::array()}};
   for (const KeyGrant& grant : bridge.keys) json["keys"].push_back(GrantJson(grant));
   return json;
+}
+
+namespace {
+
+struct CheckOptions {
+  ConfigOption config;
+  bool json = false;
+  std::string list;
+  bool keys = false;
+};
+
+// Checks the keys under `simulate`: they belong to the family, and its simulator checks them.
+void CheckSimulators(const MachineConfig& machine, ConfigErrors& errors) {
+  SimulatorMaker maker(machine, errors);
+  for (const BusConfig& bus : machine.buses) {
+    if (bus.simulate) static_cast<void>(maker.Make(bus));
+  }
+}
+
+// Formats one name per line, for scripts: completion and the generator of systemd units.
+std::string Names(const MachineConfig& machine, const std::string& list) {
+  std::string lines;
+  for (const std::string& name :
+       list == "units" ? MachineUnits(machine) : MachineNames(machine, list == "devices")) {
+    lines += name + '\n';
+  }
+  return lines;
+}
+
+int CheckConfig(const CheckOptions& options) {
+  const std::string file = options.config.File();
+  if (file.empty()) return options.config.Fail(options.config.Load().error());
+  ConfigErrors errors(file);
+  const std::optional<MachineConfig> machine = LoadConfig(file, errors);
+  if (machine) CheckSimulators(*machine, errors);
+  const bool good = machine && errors.empty();
+  if (good && !options.list.empty()) {
+    std::cout << Names(*machine, options.list);
+  } else if (good && options.keys) {
+    std::cout << (options.json ? ConfigKeysJson(errors.keys()).dump() + '\n' : ConfigKeysText(errors.keys()));
+  } else if (options.json) {
+    const auto json = ConfigJson(file, good ? &*machine : nullptr, errors);
+    std::cout << json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+  } else if (good) {
+    std::cout << file << ": good\n" << ConfigText(*machine);
+    for (const std::string& warning : ConfigWarnings(*machine)) std::cout << "warning: " << warning << '\n';
+  } else {
+    const std::size_t count = errors.list().size();
+    std::cerr << errors.Text() << file << ": " << count << (count == 1 ? " error\n" : " errors\n");
+  }
+  return good ? kExitDone : kExitBad;
+}
+
+}  // namespace
+
+void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<CheckOptions>();
+  CLI::App* command = app.add_subcommand(
+      "check-config",
+      "Check a machine's file; show refresh times, the utilisation of each bus, and who may command");
+  options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  CLI::Option* list =
+      command
+          ->add_option("--list", options->list,
+                       "Only print these names, one per line; units: the systemd units of the machine")
+          ->check(CLI::IsMember({"buses", "devices", "units"}));
+  command
+      ->add_flag("--json", options->json,
+                 "Print one JSON object: file, ok, errors, warnings, machine, buses, bridge")
+      ->excludes(list);
+  command
+      ->add_flag("--keys", options->keys,
+                 "List every key that such a file may have, with its range and default, instead of the report")
+      ->excludes(list);
+  command->footer(
+      "examples:\n"
+      "  axlecast check-config config/demo.yaml\n"
+      "  axlecast check-config --keys drivers/ssi/example.yaml | grep simulate\n"
+      "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
+      "  axlecast check-config --list devices\n"
+      "Exit code 0: good, perhaps with warnings, 1: errors. Every key: docs/configuration.md");
+  command->callback([options, &exit_code] { exit_code = CheckConfig(*options); });
 }
 
 }  // namespace axlecast

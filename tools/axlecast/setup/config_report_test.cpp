@@ -3,14 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <string>
 
 #include "core/config/load.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 namespace axlecast {
 namespace {
@@ -34,7 +32,7 @@ MachineConfig Machine(const std::string& bus, const std::string& top = "") {
 TEST(LoadOf, FollowsFromTheWireTime) {
   const BusLoad load = LoadOf(Machine("simulate: true, poll_hz: 2000").buses.at(0));
   EXPECT_DOUBLE_EQ(load.round_us, 51);
-  EXPECT_NEAR(load.most_hz, 19'608, 1);
+  EXPECT_NEAR(load.max_hz, 19'608, 1);
   EXPECT_DOUBLE_EQ(load.poll_hz, 2000);
   EXPECT_NEAR(load.utilisation, 0.102, 1e-9);
   const BusLoad free = LoadOf(Machine("simulate: true, poll_hz: 0").buses.at(0));
@@ -180,7 +178,7 @@ TEST(KeyWarnings, AMachineWithItsThreeKindsOfKeysHasNone) {
 TEST(KeyWarnings, NobodyCanCommandOrEverybodyCan) {
   EXPECT_THAT(
       KeyWarnings(MachineWithBridge("")),
-      ElementsAre(HasSubstr("nobody can command this machine: bridge.keys names no key, and unsigned "
+      ElementsAre(HasSubstr("nobody can command this machine: bridge.keys contains no key, and unsigned "
                             "commands are refused; axlecast keygen --machine press3 makes the first keys")));
   EXPECT_THAT(KeyWarnings(MachineWithBridge("unsigned_commands: allow")),
               ElementsAre(HasSubstr("every program on this host may command this machine")));
@@ -191,10 +189,10 @@ TEST(KeyWarnings, NobodyCanCommandOrEverybodyCan) {
 
 TEST(KeyWarnings, AKeyThatIsMissing) {
   EXPECT_THAT(KeyWarnings(MachineWithBridge(kKeys)),
-              ElementsAre(HasSubstr("bridge.key is missing: the drivers obey nothing")));
+              ElementsAre(HasSubstr("bridge.key is missing: the drivers execute nothing")));
   EXPECT_THAT(KeyWarnings(MachineWithBridge(std::string(kKey) + ", " + kKeys)),
-              ElementsAre(HasSubstr("bridge.drivers is missing: the bridge believes whoever says that he is a "
-                                    "driver")));
+              ElementsAre(HasSubstr(
+                  "bridge.drivers is missing: the bridge accepts every message that claims to be from a driver")));
 }
 
 TEST(KeysText, NamesEveryKeyByItsId) {

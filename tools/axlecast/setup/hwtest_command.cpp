@@ -1,5 +1,4 @@
-#include "core/base/result.h"
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <poll.h>
 #include <unistd.h>
@@ -10,17 +9,15 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <optional>
 
+#include "core/base/result.h"
 #include "core/base/utc_text.h"
-#include "core/messages/json/field.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/new_file.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"
 #include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/live/format_device.h"
@@ -57,22 +54,18 @@ class Acceptance {
         port_(machine.lcm.url, machine.lcm.prefix) {}
 
   int Run() {
-    if (const std::string problem = Listen(); !problem.empty()) {
-      std::cerr << problem << '\n';
-      return kExitFailed;
+    if (const Result<> listening = Listen(); !listening) return Fail(listening.error().text, kExitFailed);
+    const auto complete = [this] { return watch_.Complete(); };
+    if (!Gather(kFirstMessages, complete, "") || !watch_.Complete()) {
+      return Fail(
+          options_.device + ": no message received; is its driver running? (axlecast driver " + bus_.name + ")",
+          stop_.Requested() ? kExitRejected : kExitNoAnswer);
     }
-    if (!Gather(
-            kFirstMessages, [this] { return watch_.Heard(); }, "") ||
-        !watch_.Heard()) {
-      std::cerr << options_.device << ": nothing is heard; is its driver running? (axlecast driver " << bus_.name
-                << ")\n";
-      return stop_.Requested() ? kExitRejected : kExitNoAnswer;
-    }
-    const bool whole = Gather(
-        static_cast<MonoNs>(std::llround(options_.seconds * 1e9)), [] { return false; }, "watching");
-    if (!whole) return kExitRejected;
+    const MonoNs time = static_cast<MonoNs>(std::llround(options_.seconds * 1e9));
+    const auto never = [] { return false; };
+    if (!Gather(time, never, "watching")) return kExitRejected;
     Findings findings = {LineFindings(bus_)};
-    for (FindingGroup& group : watch_.Judge()) findings.push_back(std::move(group));
+    for (FindingGroup& group : watch_.Evaluate()) findings.push_back(std::move(group));
     if (!options_.no_reads) {
       OperatorClient client(machine_, options_.key, false);
       findings.push_back(ReadFindings(bus_, ReadEverything(client, bus_, options_.device)));
@@ -82,15 +75,15 @@ class Acceptance {
   }
 
  private:
-  std::string Listen() {
-    if (!port_.problem().empty()) return port_.problem();
+  Result<> Listen() {
+    if (!port_.problem().empty()) return Failure(port_.problem());
     const auto handler = [this](const std::string& channel, Bytes message) { watch_.OnMessage(channel, message); };
-    return port_.Subscribe("(POSITION|DEVICE|ALARM)/" + options_.device + "|BUS/" + bus_.name, handler)
-               ? ""
-               : "cannot subscribe on " + machine_.lcm.url;
+    const std::string channels = "(POSITION|DEVICE|ALARM)/" + options_.device + "|BUS/" + bus_.name;
+    if (port_.Subscribe(channels, handler)) return {};
+    return Failure("cannot subscribe on " + machine_.lcm.url);
   }
 
-  // False when it was stopped, or the port failed.
+  // Returns false if a signal stopped it, or the port failed.
   bool Gather(MonoNs time, const std::function<bool()>& enough, const std::string& doing) {
     const MonoNs begin = clock_.Now();
     const bool shows = !doing.empty() && isatty(STDERR_FILENO) == 1;
@@ -107,27 +100,24 @@ class Acceptance {
   }
 
   FindingGroup Rotation() {
-    FindingGroup group{"Direction", {}};
+    constexpr const char* kTurn = "one turn by hand";
     if (!bus_.family->has_position)
-      return {"Direction", {{"one turn by hand", "a monitor has no shaft of its own", Verdict::kUnjudged, ""}}};
-    if (options_.no_rotation || isatty(STDIN_FILENO) != 1 || !watch_.position()) {
-      group.findings.push_back(
-          {"one turn by hand", "not done", Verdict::kUnjudged,
-           watch_.position() ? "run it at a terminal, with the shaft free" : "there is no valid position"});
-      return group;
+      return {"Direction", {{kTurn, "a monitor has no shaft", Verdict::kUnjudged, ""}}};
+    if (!watch_.position())
+      return {"Direction", {{kTurn, "not done", Verdict::kUnjudged, "there is no valid position"}}};
+    if (options_.no_rotation || isatty(STDIN_FILENO) != 1) {
+      return {"Direction", {{kTurn, "not done", Verdict::kUnjudged, "run it at a terminal, with the shaft free"}}};
     }
     const std::int8_t direction = watch_.info()->direction;
-    while (EnterWasPressed()) continue;  // what was typed before says nothing
+    while (EnterWasPressed()) continue;  // ignores earlier input
     std::cerr << "Turn the shaft by hand one turn " << (direction >= 0 ? "counter-clockwise" : "clockwise")
               << ", seen from the shaft end, then press Enter.\n";
     const std::int64_t before = watch_.position()->counts;
-    const bool pressed = Gather(
-        kLongestTurn, [] { return EnterWasPressed(); }, "");
+    if (!Gather(kLongestTurn, &EnterWasPressed, ""))
+      return {"Direction", {{kTurn, "given up", Verdict::kUnjudged, ""}}};
     const auto per_turn = static_cast<double>(watch_.position()->counts_per_turn);
     const double turns = static_cast<double>(watch_.position()->counts - before) / per_turn;
-    group.findings.push_back(pressed ? JudgeRotation(turns, direction)
-                                     : AcceptanceResult{"one turn by hand", "given up", Verdict::kUnjudged, ""});
-    return group;
+    return {"Direction", {EvaluateRotation(turns, direction)}};
   }
 
   static bool EnterWasPressed() {
@@ -140,26 +130,19 @@ class Acceptance {
   int Report(const Findings& findings) {
     const Verdict worst = Worst(findings);
     const std::int64_t now = clock_.UtcMicroseconds();
-    if (options_.json) {
-      nlohmann::ordered_json json = {{"machine", machine_.machine},
-                                     {"device", options_.device},
-                                     {"bus", bus_.name},
-                                     {"simulated", bus_.simulate},
-                                     {"utime", now},
-                                     {"seconds", options_.seconds},
-                                     {"verdict", VerdictName(worst)}};
-      json["findings"] = FindingsJson(findings);
-      static_cast<void>(WriteOut(JsonLine(json) + '\n'));
-    } else {
-      static_cast<void>(
-          WriteOut(FindingsText(findings) + options_.device + ": " + std::string(VerdictName(worst)) + '\n'));
-    }
+    const nlohmann::ordered_json json = {{"machine", machine_.machine},
+                                         {"device", options_.device},
+                                         {"bus", bus_.name},
+                                         {"simulated", bus_.simulate},
+                                         {"utime", now},
+                                         {"seconds", options_.seconds},
+                                         {"verdict", VerdictName(worst)},
+                                         {"findings", FindingsJson(findings)}};
+    Show(json, FindingsText(findings) + options_.device + ": " + std::string(VerdictName(worst)) + '\n',
+         options_.json);
     if (!options_.html.empty()) {
-      const std::string problem = ErrorText(WriteOutput(options_.html, Page(findings, worst, now)));
-      if (!problem.empty()) {
-        std::cerr << problem << '\n';
-        return kExitFailed;
-      }
+      const Result<> written = WriteOutput(options_.html, Page(findings, worst, now));
+      if (!written) return Fail(written.error().text, kExitFailed);
     }
     return worst == Verdict::kBad ? kExitBad : kExitDone;
   }
@@ -172,7 +155,8 @@ class Acceptance {
                 {{"time (UTC)"}, {UtcText(now)}},
                 {{"watched for"}, {std::to_string(std::lround(options_.seconds)) + " s"}},
                 {{"axlecast"}, {AXLECAST_VERSION}}});
-    if (bus_.simulate) page.Paragraph("The device and its line are simulated: this says nothing about hardware.");
+    if (bus_.simulate)
+      page.Paragraph("The device and its line are simulated: the results do not apply to hardware.");
     AddFindings(page, findings);
     page.Heading("Signed");
     page.Facts({{{"name, date"}, {""}}, {{"signature"}, {""}}});
@@ -191,10 +175,7 @@ class Acceptance {
 int RunHwtest(const Options& options) {
   const auto machine = options.config.Load();
   if (!machine) return options.config.Fail(machine.error());
-  if (machine->BusOf(options.device) == nullptr) {
-    std::cerr << UnknownDevice(*machine, options.device) << '\n';
-    return kExitUsage;
-  }
+  if (machine->BusOf(options.device) == nullptr) return Fail(UnknownDevice(*machine, options.device), kExitUsage);
   return Acceptance(options, *machine).Run();
 }
 
@@ -202,25 +183,25 @@ int RunHwtest(const Options& options) {
 
 void AddHwtestCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("hwtest", "An acceptance report of one device");
+  CLI::App* command = app.add_subcommand("hwtest", "Write an acceptance report of one device");
   command->add_option("DEVICE", options->device, "The device")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
-  command->add_option("--seconds", options->seconds, "How long readings are watched")
+  command->add_option("--seconds", options->seconds, "Watch the readings for this time")
       ->check(CLI::Range(1.0, 86'400.0))
       ->capture_default_str()
       ->type_name("S");
-  command->add_option("--html", options->html, "The report as a page to print")->type_name("FILE");
+  command->add_option("--html", options->html, "Also write the report as a page to print")->type_name("FILE");
   command->add_option("--key", options->key, "Secret key that signs the reads")->type_name("FILE");
-  command->add_flag("--no-reads", options->no_reads, "Reads nothing through the bridge");
-  command->add_flag("--no-rotation", options->no_rotation, "Does not ask for a turn by hand");
-  command->add_flag("--json", options->json, "One JSON object");
+  command->add_flag("--no-reads", options->no_reads, "Do not read the device through the bridge");
+  command->add_flag("--no-rotation", options->no_rotation, "Do not ask for a turn by hand");
+  command->add_flag("--json", options->json, "Print one JSON object");
   command->footer(
       "examples:\n"
       "  axlecast hwtest axis1                        at a terminal: asks for one turn of the shaft by hand\n"
       "  axlecast hwtest axis1 --seconds 600 --html axis1.html\n"
       "Its driver must run; nothing is written to the device.\n"
-      "exit code: 0 nothing bad, 1 something is bad, 2 usage, 3 it was stopped, 4 failed, 6 the device is not "
-      "heard");
+      "exit code: 0 nothing bad, 1 something is bad, 2 usage, 3 it was stopped, 4 failed, 6 no message from "
+      "the device");
   command->callback([options, &exit_code] { exit_code = RunHwtest(*options); });
 }
 

@@ -1,22 +1,120 @@
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "core/base/result.h"
 #include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/command/keys.h"
-#include "core/command/signature.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "platform/os/secret_file.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/new_keys.h"
 
 namespace axlecast {
+namespace {
+
+std::string Environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+// Quotes the path if YAML could read it as another value.
+std::string YamlText(const std::string& text) {
+  constexpr const char* kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-./";
+  if (!text.empty() && text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + "'";
+}
+
+// {public: ..., more, file: ...}
+std::string Mapping(const KeyFile& key, const std::string& more) {
+  return "{public: " + KeyText(key.key) + more + ", file: " + YamlText(key.file) + "}";
+}
+
+// Fails if one of the files exists.
+Result<> CheckAbsent(const std::vector<KeyFile>& files) {
+  for (const KeyFile& file : files) {
+    std::error_code error;
+    if (std::filesystem::exists(std::filesystem::symlink_status(file.file, error))) {
+      return Failure(
+          file.file +
+          " exists already: --show prints its public half; --force replaces it, and the new public half must "
+          "then be entered wherever the old one is used");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<KeyFile> MachineKeyFiles(const std::string& directory) {
+  std::vector<KeyFile> files;
+  for (const char* name : {"bridge", "drivers", "local"})
+    files.push_back({name, directory + '/' + name + ".key", {}});
+  return files;
+}
+
+void GiveToReaders(std::vector<KeyFile>& files, std::optional<gid_t> operators, GroupFinder find) {
+  for (KeyFile& file : files) {
+    const std::optional<gid_t> group = file.name == "local" ? operators : find("axlecast-" + file.name);
+    if (group) file.access = {.mode = 0640, .group = group};
+  }
+}
+
+std::string KeyDirectory(const std::string& machine) {
+  if (geteuid() == 0) return "/etc/axlecast/" + machine;
+  const std::string config = Environment("XDG_CONFIG_HOME");
+  return (config.empty() ? Environment("HOME") + "/.config" : config) + "/axlecast/" + machine;
+}
+
+Result<> WriteKeys(std::vector<KeyFile>& files, bool replace) {
+  if (!replace) {
+    if (const Result<> absent = CheckAbsent(files); !absent) return absent;
+  }
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const SigningKey key = SigningKey::Generate();
+    const Secret text(key.FileText());
+    const Result<> written = WriteNewFile(files[i].file, text.text(), files[i].access, replace);
+    files[i].key = key.public_key();
+    if (written) continue;
+    // Replaced files cannot be restored; new files are removed.
+    for (std::size_t made = 0; made < i && !replace; ++made) unlink(files[made].file.c_str());
+    return written;
+  }
+  return {};
+}
+
+Result<> ReadKeys(std::vector<KeyFile>& files) {
+  SecretFiles secrets;
+  for (KeyFile& file : files) {
+    const Result<SigningKey> key = LoadKeyFile(file.file, secrets);
+    if (!key) return Failure(key.error());
+    file.key = key->public_key();
+  }
+  return {};
+}
+
+std::string GrantLine(const KeyFile& key, const std::string& role) {
+  return "    " + key.name + ": " + Mapping(key, ", role: " + role) + '\n';
+}
+
+std::string BridgeBlock(const std::vector<KeyFile>& files) {
+  return "bridge:\n  unsigned_commands: refuse\n  key: " + Mapping(files.at(0), "") +
+         "\n  drivers: " + Mapping(files.at(1), "") + "\n  keys:\n" + GrantLine(files.at(2), "maintainer");
+}
+
+std::string KeyIdText(const PublicKey& key) { return Text("%016llx", static_cast<unsigned long long>(KeyId(key))); }
+
 namespace {
 
 struct KeygenOptions {
@@ -31,31 +129,34 @@ struct KeygenOptions {
 };
 
 constexpr const char* kExamples =
-    "The secret half stays in the file; the public half and the key id are no secret. What the keys mean, step by\n"
-    "step: docs/keys.md.\n"
-    "Exit code: 0 done, 1 a file exists, cannot be written or read, or is no key, 2 usage.\n"
+    "The secret half stays in the file; the public half and the key id are no secret. The meaning of\n"
+    "the keys, step by step: docs/keys.md.\n"
+    "Exit code: 0 done, 1 a file exists, cannot be written or read, or contains no key, 2 usage.\n"
     "\n"
     "Examples:\n"
     "  sudo axlecast keygen --machine press3    # the first keys of a machine, and its `bridge:`\n"
-    "  axlecast keygen ~/.config/axlecast/anna.key --role maintainer    # a key for one more person\n"
+    "  axlecast keygen ~/.config/axlecast/anna.key --role maintainer    # a key for another person\n"
     "  axlecast keygen --show /etc/axlecast/press3/local.key\n"
     "  axlecast keygen --show --machine press3 --json | jq -r '.keys[].public'";
 
-// The file's stem where that can be the key's name.
+// Returns the file's stem if it is valid as a name.
 std::string NameOf(const std::string& file) {
   const std::string stem = std::filesystem::path(file).stem().string();
   return IsName(stem) ? stem : "NAME";
 }
 
-std::string Usage(const KeygenOptions& options) {
-  if (options.file.empty() == options.machine.empty())
-    return "give a FILE, or --machine MACHINE for its three keys";
-  if (!options.machine.empty() && !IsName(options.machine))
-    return "--machine: " + Quoted(options.machine) + kNameRule;
-  if (options.machine.empty() && !options.directory.empty()) return "--directory goes with --machine";
-  if (options.show && (options.force || !options.group.empty()))
-    return "--show writes nothing: no --force, no --group";
-  return "";
+Result<> CheckUsage(const KeygenOptions& options) {
+  if (options.file.empty() == options.machine.empty()) {
+    return Failure("give a FILE, or --machine MACHINE for its three keys");
+  }
+  if (!options.machine.empty() && !IsName(options.machine)) {
+    return Failure("--machine: " + Quoted(options.machine) + kNameRule);
+  }
+  if (options.machine.empty() && !options.directory.empty()) return Failure("--directory needs --machine");
+  if (options.show && (options.force || !options.group.empty())) {
+    return Failure("--show writes nothing: no --force, no --group");
+  }
+  return {};
 }
 
 std::vector<KeyFile> FilesOf(const KeygenOptions& options) {
@@ -67,33 +168,35 @@ std::vector<KeyFile> FilesOf(const KeygenOptions& options) {
   return MachineKeyFiles(absolute(given.empty() ? KeyDirectory(options.machine) : given));
 }
 
-// Its keys protect themselves; the directory of a person is that person's.
-std::string MakeDirectory(const std::string& path) {
+// Each key file has its own access rights; the directory of a user is private.
+Result<> MakeDirectory(const std::string& path) {
   std::error_code error;
   const bool made = std::filesystem::create_directories(path, error);
-  if (error) return path + ": " + error.message();
+  if (error) return Failure(path + ": " + error.message());
   if (made) std::filesystem::permissions(path, std::filesystem::perms(geteuid() == 0 ? 0755 : 0700), error);
-  return error ? path + ": " + error.message() : "";
+  if (error) return Failure(path + ": " + error.message());
+  return {};
 }
 
 std::optional<gid_t> NoGroup(const std::string& /*name*/) { return std::nullopt; }
 
-std::string Write(const KeygenOptions& options, std::vector<KeyFile>& files) {
+Result<> Write(const KeygenOptions& options, std::vector<KeyFile>& files) {
   std::optional<gid_t> group;
   if (!options.group.empty()) {
     group = FindGroup(options.group);
     if (!group) {
-      return "there is no group " + Quoted(options.group) + "; as root: groupadd --system " + options.group;
+      return Failure("there is no group " + Quoted(options.group) + "; as root: groupadd --system " +
+                     options.group);
     }
   }
   if (options.machine.empty()) {
     if (group) files[0].access = {.mode = 0640, .group = group};
   } else {
-    // Only root can give a file to a group that he is not in.
+    // Only root can assign a file to a group without being a member.
     GiveToReaders(files, group, geteuid() == 0 ? &FindGroup : &NoGroup);
   }
   const std::string directory = std::filesystem::path(files[0].file).parent_path().string();
-  if (std::string problem = MakeDirectory(directory); !problem.empty()) return problem;
+  if (const Result<> made = MakeDirectory(directory); !made) return made;
   return WriteKeys(files, options.force);
 }
 
@@ -121,15 +224,12 @@ nlohmann::ordered_json KeysJson(const KeygenOptions& options, const std::vector<
 }
 
 int Keygen(const KeygenOptions& options) {
-  if (const std::string problem = Usage(options); !problem.empty()) {
-    std::cerr << "axlecast keygen: " << problem << '\n';
-    return kExitUsage;
+  if (const Result<> usage = CheckUsage(options); !usage) {
+    return Fail("axlecast keygen: " + usage.error().text, kExitUsage);
   }
   std::vector<KeyFile> files = FilesOf(options);
-  if (const std::string problem = options.show ? ReadKeys(files) : Write(options, files); !problem.empty()) {
-    std::cerr << problem << '\n';
-    return kExitBad;
-  }
+  const Result<> done = options.show ? ReadKeys(files) : Write(options, files);
+  if (!done) return Fail(done.error().text, kExitBad);
   std::cout << (options.json ? JsonLine(KeysJson(options, files)) + '\n' : KeysText(options, files));
   return kExitDone;
 }
@@ -138,21 +238,21 @@ int Keygen(const KeygenOptions& options) {
 
 void AddKeygenCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<KeygenOptions>();
-  CLI::App* command =
-      app.add_subcommand("keygen", "Makes the keys that commands, orders and statuses are signed with");
-  command->add_option("FILE", options->file, "Where the secret key shall be, or is with --show");
+  CLI::App* command = app.add_subcommand("keygen", "Create the keys that sign commands and statuses");
+  command->add_option("FILE", options->file, "File of the secret key: to write, or to read with --show");
   command->add_option("--machine", options->machine,
-                      "Instead: bridge.key, drivers.key and local.key of this machine");
-  command->add_option("--directory", options->directory,
-                      "Where those are; else /etc/axlecast/MACHINE for root, $XDG_CONFIG_HOME/axlecast/MACHINE");
+                      "Instead, bridge.key, drivers.key and local.key of this machine");
+  command->add_option(
+      "--directory", options->directory,
+      "Their folder; default /etc/axlecast/MACHINE for root, else $XDG_CONFIG_HOME/axlecast/MACHINE");
   command->add_option("--group", options->group,
-                      "Members of this group may read FILE, or with --machine local.key (mode 0640)");
-  command->add_option("--role", options->role, "Of FILE's key, in the line for the machine's file")
+                      "Allow this group to read FILE, or local.key with --machine (mode 0640)");
+  command->add_option("--role", options->role, "Role of the key in the line for the machine's file")
       ->check(CLI::IsMember(std::vector<std::string>(kRoleNames.begin(), kRoleNames.end())))
       ->capture_default_str();
-  command->add_flag("--show", options->show, "Makes none: prints the public half of what is there");
-  command->add_flag("--force", options->force, "Replaces files that are there already");
-  command->add_flag("--json", options->json, "One object: keys (name, file, public, key_id), yaml");
+  command->add_flag("--show", options->show, "Create no key: print the public half of the existing files");
+  command->add_flag("--force", options->force, "Replace existing files");
+  command->add_flag("--json", options->json, "Print one object: keys (name, file, public, key_id), yaml");
   command->footer(kExamples);
   command->callback([options, &exit_code] { exit_code = Keygen(*options); });
 }

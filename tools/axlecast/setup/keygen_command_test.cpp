@@ -1,4 +1,4 @@
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "core/command/signature.h"
+#include "core/command/keys.h"
 #include "core/config/load.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/axlecast/setup/new_keys.h"
@@ -49,7 +49,7 @@ class KeygenTest : public ::testing::Test {
     const auto key = SigningKey::Parse(Content(file));
     return key ? KeyText(key->public_key()) : "no key";
   }
-  // The secret half of a file, as it stands there.
+  // The secret half of a file, as text.
   static std::string SeedIn(const std::string& file) { return Content(file).substr(15, 64); }
 
   const TemporaryFolder folder_;
@@ -155,7 +155,7 @@ TEST_F(KeygenTest, AMachinesKeysAreMadeTogetherOrNotAtAll) {
   EXPECT_FALSE(std::filesystem::exists(machine_ + "/bridge.key"));
   // A name that no file can get ends it half way: what was made goes again.
   std::vector<KeyFile> files = {{"a", folder_.path() + "/a.key", {}}, {"b", folder_.path() + "/no/b.key", {}}};
-  EXPECT_THAT(WriteKeys(files, false), HasSubstr("No such file or directory"));
+  EXPECT_THAT(ErrorText(WriteKeys(files, false)), HasSubstr("No such file or directory"));
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/a.key"));
 }
 

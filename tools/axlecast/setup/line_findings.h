@@ -5,7 +5,7 @@
 
 namespace axlecast {
 
-// What carries a bus's bytes: adapter chip and its real rate, latency timer; of a simulated bus, that it is simulated.
+// Returns what is known of a bus's line: adapter chip, its actual rate and latency timer; or that the bus is simulated.
 [[nodiscard]] FindingGroup LineFindings(const BusConfig& bus);
 
 }  // namespace axlecast

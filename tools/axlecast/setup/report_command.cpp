@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <string>
@@ -12,6 +11,7 @@
 
 #include "bridge/store/history.h"
 #include "core/base/result.h"
+#include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
@@ -20,12 +20,11 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/format_journal.h"
 #include "tools/axlecast/common/config_option.h"
-#include "tools/axlecast/common/exit_code.h"
+#include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/axlecast/setup/line_findings.h"
-#include "tools/axlecast/setup/subcommands.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
 #include "tools/service/acceptance_result.h"
@@ -36,16 +35,16 @@
 namespace axlecast {
 namespace {
 
-// What a report was made of.
+// The contents of a report in addition to the live view.
 struct ReportContents {
   std::string host;
   std::string kernel;
-  std::int64_t utime = 0;             // us, UNIX time, of the report
-  std::vector<DeviceRecord> records;  // of the journal
-  std::string journal_problem;        // why there are none
-  Findings reads;                     // a group for each device; empty: nothing was read
+  std::int64_t unix_us = 0;           // time of the report
+  std::vector<DeviceRecord> records;  // from the journal
+  std::string journal_problem;        // why the journal was not read
+  Findings reads;                     // a group per device; empty: nothing was read
   ErrorTrend trend;
-  std::vector<std::string> logs;  // that the trend is from; empty: what was heard
+  std::vector<std::string> logs;  // files of the trend; empty: it is from live messages
 };
 
 using Row = HtmlPage::Row;
@@ -53,16 +52,12 @@ using Row = HtmlPage::Row;
 std::string TimeText(std::int64_t utime) { return utime == 0 ? "never" : UtcText(utime); }
 
 std::string PerMillion(std::int64_t failed, std::int64_t exchanges) {
-  if (exchanges <= 0) return "";
-  std::array<char, 32> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), "%.1f",
-                                  1e6 * static_cast<double>(failed) / static_cast<double>(exchanges)));
-  return text.data();
+  return exchanges <= 0 ? "" : Decimal(1e6 * static_cast<double>(failed) / static_cast<double>(exchanges), 1);
 }
 
 void AddHead(HtmlPage& page, const MachineConfig& machine, const ReportContents& contents) {
   page.Facts({{{"machine"}, {machine.machine}},
-              {{"time (UTC)"}, {UtcText(contents.utime)}},
+              {{"time (UTC)"}, {UtcText(contents.unix_us)}},
               {{"host"}, {contents.host}},
               {{"kernel"}, {contents.kernel}},
               {{"axlecast"}, {AXLECAST_VERSION}},
@@ -70,8 +65,8 @@ void AddHead(HtmlPage& page, const MachineConfig& machine, const ReportContents&
               {{"commands"}, {machine.lcm.command_url}}});
 }
 
-HtmlPage::Cell State(std::string_view word, bool heard, bool good) {
-  if (!heard) return {"not heard", "attention"};
+HtmlPage::Cell State(std::string_view word, bool received, bool good) {
+  if (!received) return {"no message", "attention"};
   return {std::string(word), good ? "good" : "bad"};
 }
 
@@ -151,7 +146,7 @@ void AddDatums(HtmlPage& page, const MachineConfig& machine, const ReportContent
   for (const DeviceRecord& record : contents.records)
     page.Listing(DatumText(record, WriteBudget(machine, record.device)));
   if (contents.journal_problem.empty() && contents.records.empty())
-    page.Paragraph("The journal knows of no device yet.");
+    page.Paragraph("The journal contains no device yet.");
 }
 
 void AddTrend(HtmlPage& page, const ReportContents& contents) {
@@ -160,7 +155,7 @@ void AddTrend(HtmlPage& page, const ReportContents& contents) {
   for (const std::string& log : contents.logs) from += (from.empty() ? "" : ", ") + log;
   page.Paragraph(from.empty() ? "Since the start of each driver; --log FILE shows the hours of a recording."
                               : "By hours, from " + from + ".");
-  if (contents.trend.buses().empty()) page.Paragraph("Nothing is known.");
+  if (contents.trend.buses().empty()) page.Paragraph("There is no message of a bus.");
   for (const auto& [name, bus] : contents.trend.buses()) {
     page.SubHeading(name + " (" + bus.port + ")");
     std::vector<Row> rows;
@@ -177,9 +172,9 @@ void AddTrend(HtmlPage& page, const ReportContents& contents) {
   }
 }
 
-// The whole report as a page. Pure. `now`: of the view.
-[[nodiscard]] std::string ReportPage(const MachineConfig& machine, const MachineView& view, MonoNs now,
-                                     const ReportContents& contents) {
+// Returns the report as a page. `now`: the time of the view.
+std::string ReportPage(const MachineConfig& machine, const MachineView& view, MonoNs now,
+                       const ReportContents& contents) {
   HtmlPage page("Machine " + machine.machine);
   AddHead(page, machine, contents);
   AddBuses(page, machine, view, now);
@@ -200,7 +195,7 @@ void AddTrend(HtmlPage& page, const ReportContents& contents) {
   return page.Text();
 }
 
-constexpr MonoNs kLongestWait = 6 * kSecond;  // monitors of a full bus are read every few seconds
+constexpr MonoNs kLongestWait = 6 * kSecond;  // monitors on a full bus are read every few seconds
 
 struct Options {
   ConfigOption config;
@@ -210,7 +205,7 @@ struct Options {
   bool no_reads = false;
 };
 
-// False when a log cannot be read, which is said on standard error.
+// Returns false if a log cannot be read, after printing the error.
 bool ReadLogs(const Options& options, const std::string& prefix, ReportContents& contents) {
   for (const std::string& file : options.logs) {
     LogInput input;
@@ -226,7 +221,7 @@ bool ReadLogs(const Options& options, const std::string& prefix, ReportContents&
   return true;
 }
 
-// On standard error, which a page on standard output leaves alone.
+// Prints to standard error: standard output may contain the page.
 void Progress(const std::string& text) { std::cerr << text << '\n'; }
 
 void ReadDevices(const Options& options, const MachineConfig& machine, ReportContents& contents) {
@@ -243,7 +238,7 @@ void ReadDevices(const Options& options, const MachineConfig& machine, ReportCon
       group.title = "Parameters and memory of " + device.name;
       contents.reads.push_back(std::move(group));
       if (!reads.empty() && !reads.back().result.answered) {
-        return Progress("no bridge answers: parameters and memory are left out");
+        return Progress("no bridge answers: parameters and memory are omitted");
       }
     }
   }
@@ -252,7 +247,7 @@ void ReadDevices(const Options& options, const MachineConfig& machine, ReportCon
 void ReadJournal(const MachineConfig& machine, ReportContents& contents) {
   HistoryReader reader(JournalFile(machine));
   contents.records = reader.Devices();
-  contents.journal_problem = reader.problem();
+  contents.journal_problem = ErrorText(reader.state());
 }
 
 int RunReport(const Options& options) {
@@ -264,10 +259,10 @@ int RunReport(const Options& options) {
   Progress("listening to the machine, at most " + std::to_string(kLongestWait / kSecond) + " s");
   LiveMachine live(*machine, clock);
   const auto all = [](const MachineView& view) { return view.AllReceived() && view.bridge().received(); };
-  if (const auto gathered = live.Gather(clock.Now() + kLongestWait, all); !gathered) {
+  if (const Result<> gathered = live.Gather(clock.Now() + kLongestWait, all); !gathered) {
     return Fail(gathered.error().text, kExitFailed);
   }
-  const MonoNs heard_at = clock.Now();
+  const MonoNs received_at = clock.Now();
   for (const BusView& bus : live.view().buses()) {
     if (contents.logs.empty() && bus.health) contents.trend.OnBus(*bus.health);
   }
@@ -276,32 +271,35 @@ int RunReport(const Options& options) {
     contents.host = system.nodename;
     contents.kernel = std::string(system.sysname) + ' ' + system.release + ' ' + system.machine;
   }
-  contents.utime = clock.UtcMicroseconds();
+  contents.unix_us = clock.UtcMicroseconds();
   ReadJournal(*machine, contents);
   if (!options.no_reads && !live.view().NothingReceived()) ReadDevices(options, *machine, contents);
-  const std::string page = ReportPage(*machine, live.view(), heard_at, contents);
+  const std::string page = ReportPage(*machine, live.view(), received_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
-  const std::string problem = ErrorText(WriteOutput(options.html, page));
-  Progress(problem.empty() ? "written: " + options.html : problem);
-  return problem.empty() ? kExitDone : kExitFailed;
+  if (const Result<> written = WriteOutput(options.html, page); !written)
+    return Fail(written.error().text, kExitFailed);
+  Progress("written: " + options.html);
+  return kExitDone;
 }
 
 }  // namespace
 
 void AddReportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("report", "The machine as one page, for acceptance and service");
+  CLI::App* command =
+      app.add_subcommand("report", "Write the state of the machine as one page, for acceptance and service");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
-  command->add_option("--html", options->html, "The page (default: standard output)")->type_name("FILE");
-  command->add_option("--log", options->logs, "A recording whose errors are shown by hours; again for more")
+  command->add_option("--html", options->html, "Write the page to this file; default standard output")
+      ->type_name("FILE");
+  command->add_option("--log", options->logs, "Show the errors of this recording by hours; repeat it for more")
       ->type_name("LOG");
   command->add_option("--key", options->key, "Secret key that signs the reads")->type_name("FILE");
-  command->add_flag("--no-reads", options->no_reads, "Reads nothing through the bridge");
+  command->add_flag("--no-reads", options->no_reads, "Do not read devices through the bridge");
   command->footer(
       "examples:\n"
       "  axlecast report --html press3.html\n"
       "  axlecast report machine.yaml --log /var/log/axlecast/press3/*.lcm --html press3.html\n"
-      "Nothing is written to a device; what does not run is said on the page. Passwords are masked.\n"
+      "Nothing is written to a device. The page shows what does not run. Passwords are masked.\n"
       "exit code: 0 done, 1 the machine's file or a log is bad, 2 usage, 4 failed");
   command->callback([options, &exit_code] { exit_code = RunReport(*options); });
 }

@@ -1,5 +1,3 @@
-#include "tools/axlecast/setup/ssi_plan_command.h"
-
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <iostream>
@@ -8,15 +6,33 @@
 
 #include "core/device/operation.h"
 #include "core/messages/json/field.h"
-#include "tools/axlecast/common/exit_code.h"
-#include "tools/axlecast/setup/subcommands.h"
+#include "drivers/kit/clocked_line.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
 
+struct SsiQuestion {
+  ClockedLine line;
+  int bits = 0;         // of the data word
+  MonoNs pause = 0;     // minimum, between two readings
+  double clock_hz = 0;  // 0: the plan selects it
+};
+
+struct SsiPlan {
+  ClockPlan limits;
+  double clock_hz = 0;           // requested or selected; 0: no clock is valid
+  bool half_cycle_fits = false;  // valid for SPI, which samples half a cycle after the edge
+  bool delayed_fits = false;     // valid if the evaluation is delayed accordingly
+  EvaluationDelay evaluation;    // at that clock
+  int clocks = 0;                // of one reading, in whole bytes
+  double reading_us = 0;         // with the pause; 0: no clock
+};
+
 double Us(MonoNs time) { return static_cast<double>(time) / 1e3; }
 
-// Why a clock is not right for SPI.
+// Returns what to change if the clock is not valid for SPI.
 std::string Remedy(const SsiPlan& plan) {
   if (plan.half_cycle_fits) return "";
   if (plan.clock_hz == 0) return "no clock is above the lowest and below the highest: shorten the cable";
@@ -25,36 +41,7 @@ std::string Remedy(const SsiPlan& plan) {
                            : "too fast for this line";
 }
 
-struct SsiPlanOptions {
-  SsiPlanQuestion question;
-  double monoflop_us = 15;
-  double pause_us = 25;
-  bool json = false;
-};
-
-constexpr const char* kExamples =
-    "Defaults are those of TWK's description: monoflop 15 to 25 us, 150 ns each for the encoder and for driver "
-    "and\n"
-    "receiver, 6.5 ns/m. An SAA encoder: --min-clock 100000 --max-clock 250000 --monoflop-us 0 --pause-us 500.\n"
-    "Exit code: 0 the clock is right for SPI, 1 it is not, or none is, 2 usage.\n"
-    "\n"
-    "Examples:\n"
-    "  axlecast ssi-plan --cable 200 --bits 25\n"
-    "  axlecast ssi-plan --cable 200 --bits 25 --clock 300000     # for delayed reading only\n"
-    "  axlecast ssi-plan --cable 50 --bits 12 --monoflop-us 10 --json | jq .highest_hz";
-
-int PlanSsi(const SsiPlanOptions& options) {
-  SsiPlanQuestion question = options.question;
-  question.line.monoflop = std::llround(options.monoflop_us * 1e3);
-  question.pause = std::llround(options.pause_us * 1e3);
-  const SsiPlan plan = MakeSsiPlan(question);
-  std::cout << (options.json ? JsonLine(SsiPlanJson(question, plan)) + '\n' : SsiPlanText(question, plan));
-  return plan.half_cycle_fits ? kExitDone : kExitBad;
-}
-
-}  // namespace
-
-SsiPlan MakeSsiPlan(const SsiPlanQuestion& question) {
+SsiPlan MakeSsiPlan(const SsiQuestion& question) {
   SsiPlan plan;
   plan.limits = PlanClock(question.line);
   plan.clock_hz = question.clock_hz > 0 ? question.clock_hz : static_cast<double>(plan.limits.half_cycle_hz);
@@ -69,7 +56,7 @@ SsiPlan MakeSsiPlan(const SsiPlanQuestion& question) {
   return plan;
 }
 
-std::string SsiPlanText(const SsiPlanQuestion& question, const SsiPlan& plan) {
+std::string SsiPlanText(const SsiQuestion& question, const SsiPlan& plan) {
   const ClockedLine& line = question.line;
   const ClockPlan& limits = plan.limits;
   std::string text;
@@ -94,7 +81,7 @@ std::string SsiPlanText(const SsiPlanQuestion& question, const SsiPlan& plan) {
   return text;
 }
 
-nlohmann::ordered_json SsiPlanJson(const SsiPlanQuestion& question, const SsiPlan& plan) {
+nlohmann::ordered_json SsiPlanJson(const SsiQuestion& question, const SsiPlan& plan) {
   const ClockPlan& limits = plan.limits;
   nlohmann::ordered_json json = {{"ok", plan.half_cycle_fits},
                                  {"cable_m", question.line.cable_m},
@@ -117,37 +104,55 @@ nlohmann::ordered_json SsiPlanJson(const SsiPlanQuestion& question, const SsiPla
   return json;
 }
 
+struct SsiPlanOptions {
+  SsiQuestion question;
+  double monoflop_us = 15;
+  double pause_us = 25;
+  bool json = false;
+};
+
+constexpr const char* kExamples =
+    "Defaults are those of TWK's description: monoflop 15 to 25 us, 150 ns each for the encoder and for driver\n"
+    "and receiver, 6.5 ns/m. An SAA encoder: --min-clock 100000 --max-clock 250000 --monoflop-us 0 --pause-us "
+    "500.\n"
+    "Exit code: 0 the clock is right for SPI, 1 it is not, or no clock is, 2 usage.\n"
+    "\n"
+    "Examples:\n"
+    "  axlecast ssi-plan --cable 200 --bits 25\n"
+    "  axlecast ssi-plan --cable 200 --bits 25 --clock 300000     # for delayed reading only\n"
+    "  axlecast ssi-plan --cable 50 --bits 12 --monoflop-us 10 --json | jq .highest_hz";
+
+int PlanSsi(const SsiPlanOptions& options) {
+  SsiQuestion question = options.question;
+  question.line.monoflop = std::llround(options.monoflop_us * 1e3);
+  question.pause = std::llround(options.pause_us * 1e3);
+  const SsiPlan plan = MakeSsiPlan(question);
+  std::cout << (options.json ? JsonLine(SsiPlanJson(question, plan)) + '\n' : SsiPlanText(question, plan));
+  return plan.half_cycle_fits ? kExitDone : kExitBad;
+}
+
+}  // namespace
+
 void AddSsiPlanCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SsiPlanOptions>();
   ClockedLine& line = options->question.line;
   CLI::App* command =
-      app.add_subcommand("ssi-plan", "Which clock an SSI line allows: delay, limits, when to read in");
-  command->add_option("--cable", line.cable_m, "Length of the cable, m")
-      ->required()
-      ->check(CLI::Range(0.0, 10'000.0));
-  command->add_option("--bits", options->question.bits, "Bits of the data word")
-      ->required()
-      ->check(CLI::Range(1, 64));
-  command->add_option("--clock", options->question.clock_hz, "Look at this clock, Hz; else one is chosen")
-      ->check(CLI::Range(1.0, 50e6));
-  command->add_option("--monoflop-us", options->monoflop_us, "Shortest monoflop time, us; 0: not told")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
-  command->add_option("--pause-us", options->pause_us, "Pause between two readings, us: the longest monoflop time")
-      ->check(CLI::Range(0.0, 1e6))
-      ->capture_default_str();
-  command->add_option("--cable-ns-per-m", line.cable_ns_per_m, "Transit time of the cable, ns/m")
-      ->check(CLI::Range(3.3, 20.0))
-      ->capture_default_str();
-  command->add_option("--encoder-delay-ns", line.encoder_delay_ns, "Delay of the encoder's electronics, ns")
-      ->check(CLI::Range(0.0, 1e5))
-      ->capture_default_str();
-  command->add_option("--receiver-delay-ns", line.receiver_delay_ns, "Delay of clock driver and data receiver, ns")
-      ->check(CLI::Range(0.0, 1e5))
-      ->capture_default_str();
-  command->add_option("--min-clock", line.least_hz, "The encoder's lowest clock, Hz")->check(CLI::Range(0.0, 50e6));
-  command->add_option("--max-clock", line.most_hz, "The encoder's highest clock, Hz")->check(CLI::Range(0.0, 50e6));
-  command->add_flag("--json", options->json, "One JSON object");
+      app.add_subcommand("ssi-plan", "Calculate the clock that an SSI line allows: delay, limits, evaluation time");
+  const auto add = [command](const char* name, auto& value, const char* help, double min, double max) {
+    return command->add_option(name, value, help)->check(CLI::Range(min, max))->capture_default_str();
+  };
+  add("--cable", line.cable_m, "Length of the cable, m", 0, 10'000)->required()->default_str("");
+  add("--bits", options->question.bits, "Bits of the data word", 1, 64)->required()->default_str("");
+  add("--clock", options->question.clock_hz, "Check this clock, Hz; else one is selected", 1, 50e6)
+      ->default_str("");
+  add("--monoflop-us", options->monoflop_us, "Minimum monoflop time, us; 0: unknown", 0, 1e6);
+  add("--pause-us", options->pause_us, "Pause between two readings, us: the maximum monoflop time", 0, 1e6);
+  add("--cable-ns-per-m", line.cable_ns_per_m, "Transit time of the cable, ns/m", 3.3, 20);
+  add("--encoder-delay-ns", line.encoder_delay_ns, "Delay of the encoder's electronics, ns", 0, 1e5);
+  add("--receiver-delay-ns", line.receiver_delay_ns, "Delay of clock driver and data receiver, ns", 0, 1e5);
+  add("--min-clock", line.least_hz, "The encoder's minimum clock, Hz", 0, 50e6)->default_str("");
+  add("--max-clock", line.most_hz, "The encoder's maximum clock, Hz", 0, 50e6)->default_str("");
+  command->add_flag("--json", options->json, "Print one JSON object");
   command->footer(kExamples);
   command->callback([options, &exit_code] { exit_code = PlanSsi(*options); });
 }

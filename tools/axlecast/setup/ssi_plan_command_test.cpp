@@ -1,11 +1,9 @@
-#include "tools/axlecast/setup/ssi_plan_command.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "tools/axlecast/setup/subcommands.h"
+#include "tools/axlecast/common/subcommands.h"
 
 namespace axlecast {
 namespace {

@@ -122,7 +122,7 @@ std::vector<std::string> HostFiles::Names(const std::string& folder) const {
   for (const auto& entry : std::filesystem::directory_iterator(Place(folder), error)) {
     names.push_back(entry.path().filename().string());
   }
-  std::sort(names.begin(), names.end());
+  std::ranges::sort(names);
   return names;
 }
 
@@ -154,7 +154,7 @@ std::vector<HostProcess> HostFiles::Holders(const std::string& device) const {
   const std::vector<pid_t> lockers = Lockers(Text("/proc/locks").value_or(""), status);
   std::vector<HostProcess> holders;
   for (const pid_t id : ProcessIds()) {
-    const bool locks = std::find(lockers.begin(), lockers.end(), id) != lockers.end();
+    const bool locks = std::ranges::find(lockers, id) != lockers.end();
     if (locks || Holds(root_, id, status.st_rdev)) holders.push_back(Process(id));
   }
   return holders;
