@@ -20,7 +20,6 @@
 #include "drivers/tformat/encoder_model.h"
 #include "drivers/tformat/family.h"
 #include "drivers/tformat/settings.h"
-#include "drivers/tformat/simulator_request.h"
 
 namespace axlecast::tformat {
 namespace {
