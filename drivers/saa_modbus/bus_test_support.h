@@ -17,7 +17,6 @@
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/saa_modbus/family.h"
-#include "drivers/saa_modbus/simulator.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/fixed_secrets.h"
 #include "tests/support/recording_output.h"
@@ -173,10 +172,13 @@ class Machine final : public LinkObserver {
     EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, clock.Now())), "");
   }
   [[nodiscard]] Watch& output(std::size_t index = 0) { return outputs[config_.devices.at(index).name]; }
-  [[nodiscard]] const SaaModbusSimulator& simulator() const {
-    return dynamic_cast<const SaaModbusSimulator&>(*simulator_);
+  // Returns a quantity or a counter of a simulated encoder.
+  [[nodiscard]] std::string State(const std::string& key, std::size_t index = 0) const {
+    for (const auto& [name, value] : simulator_->State(config_.devices.at(index).name, clock.Now())) {
+      if (name == key) return value;
+    }
+    return "absent";
   }
-  [[nodiscard]] const SimulatedEncoder& encoder(std::size_t index = 0) const { return simulator().encoder(index); }
   [[nodiscard]] Device& device(std::size_t index = 0) { return *devices_.at(index); }
 
   void Begin(const std::string& operation, Arguments arguments = {}, std::size_t index = 0) {

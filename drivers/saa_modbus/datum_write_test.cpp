@@ -33,7 +33,7 @@ TEST_F(DatumWriteTest, ZeroesAndVerifies) {
   EXPECT_EQ(ChangeOf(outcome, "single_turn").before, "16384");
   EXPECT_EQ(ChangeOf(outcome, "single_turn").after, "0");
   EXPECT_THAT(machine_.port->Changes(), ElementsAre(kZeroRequest));
-  EXPECT_EQ(machine_.encoder().writes, 1);
+  EXPECT_EQ(machine_.State("writes"), "1");
   EXPECT_EQ(output_.nv_writes, 1);
   EXPECT_EQ(output_.jumps, 1);
   EXPECT_FALSE(output_.datum_changing);
@@ -58,7 +58,7 @@ TEST_F(DatumWriteTest, IsRejectedWhileTheShaftTurns) {
     EXPECT_THAT(outcome.text, HasSubstr("rpm"));
   }
   EXPECT_TRUE(machine_.port->Changes().empty());
-  EXPECT_EQ(machine_.encoder().writes, 0);
+  EXPECT_EQ(machine_.State("writes"), "0");
 }
 
 TEST_F(DatumWriteTest, AShaftThatStartsToTurnBeforeTheRequestEndsIt) {
@@ -172,7 +172,7 @@ TEST_F(DatumWriteTest, ALinkLostBeforeTheRequestChangedNothing) {
   const Outcome outcome = machine_.Finish();
   EXPECT_EQ(outcome.state, CommandState::kFailed);
   EXPECT_THAT(outcome.text, HasSubstr("nothing was done"));
-  EXPECT_EQ(machine_.encoder().writes, 0);
+  EXPECT_EQ(machine_.State("writes"), "0");
 }
 
 TEST_F(DatumWriteTest, ADirectionIsAcceptedButCannotBeVerifiedAtRest) {
@@ -180,13 +180,13 @@ TEST_F(DatumWriteTest, ADirectionIsAcceptedButCannotBeVerifiedAtRest) {
   EXPECT_EQ(outcome.state, CommandState::kSucceeded) << outcome.text;
   EXPECT_FALSE(outcome.verified);
   EXPECT_THAT(machine_.port->Changes(), ElementsAre(kNegativeRequest));
-  EXPECT_TRUE(machine_.encoder().negative);
+  EXPECT_EQ(machine_.State("counting"), "negative");
   EXPECT_EQ(ChangeOf(outcome, "single_turn").before, "16384");
   EXPECT_EQ(ChangeOf(outcome, "single_turn").after, "49152") << "270 degrees";
   EXPECT_EQ(output_.jumps, 1);
   machine_.Run(11 * kSecond);
   EXPECT_EQ(machine_.Do("set_direction", {{"direction", "positive"}}).state, CommandState::kSucceeded);
-  EXPECT_FALSE(machine_.encoder().negative);
+  EXPECT_EQ(machine_.State("counting"), "positive");
 }
 
 TEST_F(DatumWriteTest, ADirectionWithoutItsEchoIsIndeterminate) {
@@ -213,10 +213,10 @@ TEST_F(DatumWriteTest, WritesAreRateLimited) {
   }
   EXPECT_EQ(machine_.Do("read_position").state, CommandState::kSucceeded) << "reading is no write";
   EXPECT_EQ(machine_.Do("query_address").state, CommandState::kSucceeded);
-  EXPECT_EQ(machine_.encoder().writes, 1);
+  EXPECT_EQ(machine_.State("writes"), "1");
   machine_.Run(6 * kSecond);
   EXPECT_EQ(machine_.Do("zero").state, CommandState::kSucceeded);
-  EXPECT_EQ(machine_.encoder().writes, 2);
+  EXPECT_EQ(machine_.State("writes"), "2");
 }
 
 // ---- orders as such ----
@@ -228,7 +228,7 @@ TEST_F(DatumWriteTest, CanBeCancelledUntilTheRequestIsSent) {
   EXPECT_FALSE(machine_.device().Cancel({9}, machine_.clock.Now())) << "another order";
   EXPECT_TRUE(machine_.device().Cancel(id, machine_.clock.Now()));
   machine_.Run(kSecond);
-  EXPECT_EQ(machine_.encoder().writes, 0);
+  EXPECT_EQ(machine_.State("writes"), "0");
   machine_.Begin("zero");
   machine_.RunThroughTheChange();
   EXPECT_FALSE(machine_.device().Cancel(id, machine_.clock.Now()));
@@ -246,7 +246,7 @@ TEST_F(DatumWriteTest, ExpiresWhenItCannotBegin) {
   machine_.Run(kSecond);
   ASSERT_EQ(output_.outcomes.size(), 2U);
   EXPECT_EQ(output_.outcomes.back().second.state, CommandState::kExpired);
-  EXPECT_EQ(machine_.encoder().writes, 0);
+  EXPECT_EQ(machine_.State("writes"), "0");
 }
 
 TEST_F(DatumWriteTest, OneOrderAtATime) {
@@ -262,7 +262,7 @@ TEST_F(DatumWriteTest, RefusesWhatIsNoDirectionAndNoOperation) {
   }
   EXPECT_EQ(machine_.Do("set_direction").reason, Reason::REASON_BAD_ARGUMENT);
   EXPECT_EQ(machine_.Do("reset_turns").reason, Reason::REASON_UNKNOWN_OPERATION);
-  EXPECT_EQ(machine_.encoder().writes, 0);
+  EXPECT_EQ(machine_.State("writes"), "0");
 }
 
 }  // namespace

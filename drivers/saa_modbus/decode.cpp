@@ -1,10 +1,9 @@
 #include "drivers/saa_modbus/family.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "drivers/kit/decode.h"
 #include "drivers/protocol/modbus/adu.h"
@@ -100,8 +99,8 @@ Json Describe(const Shape& shape, Bytes frame, int bits) {
 
 Result<Json> Decode(const DecodeSettings& settings, Bytes frame) {
   int bits = 0;
-  const std::array<DecodeOption, 1> known = {NumberOption("bits", bits, kMinBits, kMaxBits, "its resolution")};
-  if (const Result<> read = ApplySettings("saa_modbus", settings, known); !read) return Failure(read.error());
+  const std::vector options = {NumberOption("bits", bits, kMinBits, kMaxBits, "the resolution")};
+  if (const Result<> set = ApplySettings("saa_modbus", settings, options); !set) return Failure(set.error());
   if (frame.size() < 2) return BadFrame("unknown", "short");
   const Shape shape = ShapeOf(frame);
   if (shape.size == 0) return BadFrame(shape.kind, "function");

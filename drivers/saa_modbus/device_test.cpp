@@ -1,5 +1,6 @@
 #include "drivers/saa_modbus/family.h"
 
+#include "drivers/kit/simulation/shaft.h"
 #include "drivers/saa_modbus/bus_test_support.h"
 
 // The device and the runtime's bus against the simulated encoders, in virtual time.
@@ -14,8 +15,8 @@ TEST(SaaModbusDevice, ReadsThePositionOverAndOver) {
   EXPECT_EQ(output.samples.back().counts, 16'384);
   EXPECT_FALSE(output.samples.back().has_turns);
   EXPECT_TRUE(output.errors.empty());
-  EXPECT_EQ(machine.simulator().short_gaps(), 0);
-  EXPECT_EQ(machine.simulator().counters(0).collisions, 0);
+  EXPECT_EQ(machine.State("short_gaps"), "0");
+  EXPECT_EQ(machine.State("collisions"), "0");
   EXPECT_EQ(output.starting.size(), 1U);
 }
 
@@ -35,7 +36,7 @@ TEST(SaaModbusDevice, KeepsTheSilentIntervalAtEveryRate) {
   for (const std::int64_t baud : {2'400, 4'800, 9'600, 19'200, 57'600}) {
     Machine machine("axis1: {bits: 20, address: 1}, axis2: {bits: 12, address: 2}", "", baud);
     machine.Run(2 * kSecond);
-    EXPECT_EQ(machine.simulator().short_gaps(), 0) << baud;
+    EXPECT_EQ(machine.State("short_gaps"), "0") << baud;
     EXPECT_GT(machine.output(0).samples.size(), 5U) << baud;
     EXPECT_GT(machine.output(1).samples.size(), 5U) << baud;
     EXPECT_TRUE(machine.output(0).errors.empty()) << baud;
@@ -62,10 +63,11 @@ TEST(SaaModbusDevice, SharesTheBusOf32) {
 
 TEST(SaaModbusDevice, BoundsTheInstantOfThePosition) {
   Machine machine("axis1: {bits: 16}", "axis1: {speed_rpm: 60, reply_us: 0}");
+  Shaft shaft;
+  ASSERT_TRUE(shaft.SetSpeed("60", machine.clock.Now()));
   machine.Run(kSecond);
-  const SimulatedEncoder& encoder = machine.encoder();
   for (const Sample& sample : machine.output().samples) {
-    const auto at = [&](MonoNs instant) { return DegreesFromAngle(encoder.shaft.At(instant).angle); };
+    const auto at = [&](MonoNs instant) { return DegreesFromAngle(shaft.At(instant).angle); };
     const double degrees = static_cast<double>(sample.counts) * 360 / 65'536;
     EXPECT_GE(degrees, at(sample.at.first) - 0.01);
     EXPECT_LE(degrees, at(sample.at.last) + 0.01);

@@ -32,7 +32,7 @@ TEST_F(SetAddressTest, TheDriverFollows) {
   EXPECT_EQ(ChangeOf(outcome, "address").after, "2");
   EXPECT_THAT(machine_.port->Changes(), ElementsAre(kOneBecomesTwo));
   EXPECT_GT(machine_.port->rest(), 50 * kMillisecond) << "the encoder may need time";
-  EXPECT_EQ(machine_.encoder().address, 2);
+  EXPECT_EQ(machine_.State("address"), "2");
   EXPECT_EQ(machine_.Alarm(), AlarmState::kLive);
   EXPECT_EQ(machine_.output().nv_writes, 1);
   EXPECT_EQ(machine_.output().jumps, 0);
@@ -167,8 +167,8 @@ TEST(SetAddress, NeverToOneThatIsTaken) {
   machine.Set("axis2", "fault", "none");
   EXPECT_TRUE(machine.port->Changes().empty());
   EXPECT_EQ(machine.Do("set_address", {{"address", "9"}}).state, CommandState::kSucceeded);
-  EXPECT_EQ(machine.encoder(0).address, 9);
-  EXPECT_EQ(machine.encoder(1).address, 7);
+  EXPECT_EQ(machine.State("address", 0), "9");
+  EXPECT_EQ(machine.State("address", 1), "7");
 }
 
 TEST(SetAddress, AskThreeTimesWhetherAnAddressIsFree) {
@@ -221,7 +221,7 @@ TEST(QueryAddress, IsForAnEncoderAlone) {
   const Outcome outcome = machine.Do("query_address");
   EXPECT_EQ(outcome.reason, Reason::REASON_NOT_PERMITTED);
   EXPECT_THAT(outcome.text, HasSubstr("all would answer at once"));
-  EXPECT_EQ(machine.simulator().counters(0).collisions, 0);
+  EXPECT_EQ(machine.State("collisions"), "0");
 }
 
 TEST(QueryAddress, FailsWhenNobodyAnswers) {

@@ -41,15 +41,15 @@ TEST_F(SetBaudTest, TheDriverFollowsToEveryRateAndBack) {
     EXPECT_EQ(ChangeOf(outcome, "baud").after, std::to_string(baud));
     EXPECT_EQ(machine_.port->Changes().back()[2], code);
     EXPECT_GT(machine_.port->rest(), 50 * kMillisecond) << "the encoder may need time";
-    EXPECT_EQ(machine_.encoder().baud, baud);
+    EXPECT_EQ(machine_.State("baud"), std::to_string(baud));
     EXPECT_EQ(machine_.port->baud(), baud);
     EXPECT_EQ(machine_.Alarm(), baud == 19'200 ? AlarmState::kAbsent : AlarmState::kLive) << baud;
     ExpectReadings();
     EXPECT_EQ(machine_.output().errors.size(), errors) << baud;
-    EXPECT_EQ(machine_.simulator().short_gaps(), 0) << baud;
+    EXPECT_EQ(machine_.State("short_gaps"), "0") << baud;
     machine_.Run(10 * kSecond);
   }
-  EXPECT_EQ(machine_.encoder().writes, 5);
+  EXPECT_EQ(machine_.State("writes"), "5");
   EXPECT_EQ(machine_.output().jumps, 0) << "the position is the same";
 }
 
@@ -112,7 +112,7 @@ TEST_F(SetBaudTest, SaysThatItLostTheEncoderAndFindsItAgain) {
               HasSubstr("turn its power off and on, then read_position after=\"set_baud baud=57600\""));
   machine_.Set("axis1", "power", "on");
   machine_.Run(kSecond);
-  EXPECT_EQ(machine_.encoder().baud, 57'600);
+  EXPECT_EQ(machine_.State("baud"), "57600");
   const Outcome found = machine_.Do("read_position", {{"after", "set_baud baud=57600"}});
   EXPECT_EQ(found.state, CommandState::kSucceeded) << found.text;
   EXPECT_EQ(ChangeOf(found, "finding").after, "reads_as_after");

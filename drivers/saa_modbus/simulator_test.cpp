@@ -1,5 +1,4 @@
 // The simulator against the SAA manual 5.1.7: what it answers, what it does not, and its faults by name.
-#include "drivers/saa_modbus/simulator.h"
 #include "drivers/saa_modbus/family.h"
 
 #include <gmock/gmock.h>

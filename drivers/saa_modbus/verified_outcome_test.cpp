@@ -45,7 +45,7 @@ TEST(VerifiedOutcome, ASettingThatHeldAlreadyIsNotWrittenAndNamedSo) {
     EXPECT_EQ(outcome.state, CommandState::kSucceeded);
     EXPECT_NE(outcome.text.find("already: nothing was written"), std::string::npos) << outcome.text;
   }
-  EXPECT_EQ(machine.encoder().writes, 0);
+  EXPECT_EQ(machine.State("writes"), "0");
 }
 
 }  // namespace

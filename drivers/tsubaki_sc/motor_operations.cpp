@@ -195,7 +195,7 @@ class CoilCommand final : public Procedure {
           Final(CommandState::kFailed, Reason::REASON_DEVICE_ALARM, "the motor is tripped: " + StatusText(status));
     } else {
       outcome = ReadBackOutcome({.same_before = !stopped_before_, .confirmed = confirmed_},
-                              "whether the motor turns cannot be read, look at the power; the stop coil reads 0");
+                                "whether the motor turns cannot be read, look at the power; the stop coil reads 0");
     }
     outcome.changes = {{"stop_coil", BitText(stopped_before_), BitText(stopped)}};
     return outcome;
