@@ -157,7 +157,7 @@ class BridgeProgram {
   }
 
   void ReportReception(MonoNs now) {
-    const std::string lost = reception_.Next(port_.received(), now, port_.warning());
+    const std::string lost = reception_.NextLine(port_.received(), now, port_.warning());
     if (!lost.empty()) spdlog::warn("{}", lost);
   }
 

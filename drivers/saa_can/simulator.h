@@ -148,7 +148,6 @@ class SaaNode final : public TableDevice<SaaNode, SimulatedCanNode> {
     std::int64_t zeroings = 0;
     std::int64_t changes = 0;  // of node id and bit rate
   };
-  [[nodiscard]] const Counters& counters() const { return counters_; }
 
  private:
   using Kind = SimulatedFault::Kind;
@@ -378,8 +377,6 @@ class CanBus final : public Simulator {
     list.emplace_back("unheard", std::to_string(unheard_));
     return list;
   }
-
-  [[nodiscard]] const SimulatedCanNode& node(std::size_t unit) const { return *units_[unit].node; }
 
  private:
   // Limits replies of nodes to each other: the host must continue although they reply without end.

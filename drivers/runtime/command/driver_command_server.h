@@ -1,22 +1,26 @@
 #pragma once
 
+#include <atomic>
+#include <axlecast/driver_device_t.hpp>
+#include <axlecast/driver_order_t.hpp>
 #include <cstdint>
+#include <deque>
 #include <functional>
-#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "core/base/result.h"
 #include "core/base/time.h"
-#include "core/command/device_summary.h"
 #include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/device/family.h"
 #include "core/device/operation.h"
 #include "core/messages/message.h"
+#include "drivers/runtime/command/command_authority.h"
+#include "drivers/runtime/command/command_status_table.h"
 
 namespace axlecast {
 
@@ -33,7 +37,6 @@ class DriverCommandServer {
     const SigningKey* key = nullptr;  // signs every status; null: statuses are unsigned
   };
   DriverCommandServer(const BusConfig& bus, const BridgeConfig& bridge, Context context);
-  ~DriverCommandServer();
 
   static constexpr std::size_t kMaxWaiting = 16;       // commands per device
   static constexpr std::size_t kMaxRemembered = 4096;  // ids; the oldest finished id is deleted first
@@ -51,8 +54,8 @@ class DriverCommandServer {
   void OnPermit(const std::string& device, Bytes message);
 
   // Any thread: how many commands were counted and not answered, and which commands are executed.
-  [[nodiscard]] std::int64_t refused() const;
-  [[nodiscard]] std::string_view Rule() const;
+  [[nodiscard]] std::int64_t refused() const { return refused_; }
+  [[nodiscard]] std::string_view Rule() const { return authority_.Rule(); }
 
   // Bus's thread: returns the next command for a device that is not busy. Urgent commands come first, also for a busy
   // device. Expired commands are answered EXPIRED here.
@@ -76,16 +79,42 @@ class DriverCommandServer {
   void CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes);
 
   // Publishes HELLO with the summaries of the devices. Call it once per second and on changes.
-  using DeviceSummary = axlecast::DeviceSummary;
-  void Hello(std::span<const DeviceSummary> devices);
+  void Hello(std::span<const driver_device_t> devices);
   // Publishes which alarms of a device are acknowledged. Call it once per second and on changes.
   void PublishAcknowledged(const std::string& device, std::span<const std::string> alarms);
   // Ends waiting commands as REJECTED, and commands that a device executes as INDETERMINATE. Later commands are REJECTED.
   void Goodbye();
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
+  // All functions below require that mutex_ is held.
+  // Returns false if there is nothing new for the bus's thread.
+  [[nodiscard]] bool Admit(const driver_order_t& order);
+  void AnswerAgain(const driver_order_t& order, CommandStatusTable::Entry& entry);
+  void Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason, const char* text);
+  void Begin(const driver_order_t& order);
+  void Cancel(CommandStatusTable::Entry& entry);
+  [[nodiscard]] Result<> Check(const driver_order_t& order);
+  // Ends a command that waited too long.
+  [[nodiscard]] bool IsOver(const CommandId& id, MonoNs now);
+  static void Fill(CommandStatusTable::Entry& entry, const Outcome& outcome, std::int32_t epoch_after);
+  void Stop(const CommandId& id);
+
+  const Family& family_;
+  const std::string bus_name_;
+  const Context context_;
+  const CommandAuthority authority_;
+
+  std::atomic<std::int64_t> refused_ = 0;
+  std::atomic<bool> cancels_ = false;
+  std::atomic<bool> prepares_ = false;
+  PermitTable permits_;  // locks itself
+
+  mutable std::mutex mutex_;
+  EpochFence fence_;
+  CommandStatusTable statuses_;
+  CommandQueues queues_;
+  std::deque<CommandId> to_prepare_;
+  bool stopping_ = false;
 };
 
 }  // namespace axlecast

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
@@ -18,6 +19,7 @@
 #include "drivers/runtime/bus/bus_health.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/command/operations.h"
+#include "platform/net/lcm_port.h"
 
 namespace axlecast {
 
@@ -86,7 +88,6 @@ class Driver final : private LinkObserver {
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
   Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
-  ~Driver() override;
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 
@@ -130,12 +131,10 @@ class Driver final : private LinkObserver {
   void PublishAcknowledged(bool second);
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
-  [[nodiscard]] DevicePublisherContext MakePublisherContext();
   [[nodiscard]] Bus MakeBus();
   [[nodiscard]] Link& link() const;
 
   const BusConfig& config_;
-  const std::int64_t boot_id_;
   const DriverPorts ports_;
   Timebase time_;
   DuplicateDriverDetector duplicates_;
@@ -149,7 +148,7 @@ class Driver final : private LinkObserver {
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
-  std::vector<DriverCommandServer::DeviceSummary> summaries_;  // as in the last HELLO
+  std::vector<driver_device_t> summaries_;  // as in the last HELLO
   MonoNs now_;
   MonoNs next_tick_;
   int ticks_ = 0;
@@ -157,6 +156,27 @@ class Driver final : private LinkObserver {
   bool line_tried_ = false;
   std::string line_held_;  // the reason, while another process has the line
   MonoNs held_since_ = 0;
+};
+
+// Receives the command port of a driver on its own thread, so that a command is acknowledged at once, even if the bus is
+// busy. The port and the driver outlive it.
+class CommandThread {
+ public:
+  CommandThread(LcmPort& port, const BusConfig& config, Driver& driver);
+  ~CommandThread();
+  CommandThread(const CommandThread&) = delete;
+  CommandThread& operator=(const CommandThread&) = delete;
+
+  // Returns true if the port no longer delivers messages: the driver receives no commands, and should be restarted.
+  [[nodiscard]] bool failed() const { return failed_; }
+
+ private:
+  void Run();
+
+  LcmPort& port_;
+  std::atomic<bool> ending_ = false;
+  std::atomic<bool> failed_ = false;
+  std::thread thread_;
 };
 
 }  // namespace axlecast

@@ -207,8 +207,7 @@ Result<> SetArguments(const OperationSpec& operation, const std::vector<std::str
     arguments[i].value = words[i].substr(equals + 1);
     request.arguments.emplace_back(arguments[i].key, arguments[i].value);
   }
-  if (const auto refused = CheckArguments(operation, arguments)) return Failure(refused->text);
-  return {};
+  return CheckArguments(operation, arguments);
 }
 
 std::string OperationList(const BusConfig& bus) {

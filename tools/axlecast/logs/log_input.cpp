@@ -68,7 +68,7 @@ void LogTimeOptions::AddTo(CLI::App& command) {
 Result<> LogTimeOptions::Parse(const std::vector<Bytes>& logs) {
   if (from_text_.empty() && until_text_.empty()) return {};
   const LogSpan span = SpanOf(logs);
-  for (const auto& [text, time] : {std::pair(&from_text_, &from_), {&until_text_, &until_}}) {
+  for (const auto& [text, time] : {std::pair(&from_text_, &from), {&until_text_, &until}}) {
     if (text->empty()) continue;
     *time = ParseLogTime(*text, span);
     if (!*time) {
@@ -78,8 +78,7 @@ Result<> LogTimeOptions::Parse(const std::vector<Bytes>& logs) {
           "or 2026-11-21T07:00:05.25 (UTC)");
     }
   }
-  if (from_ && until_ && *from_ >= *until_)
-    return Failure("--from is not before --until: no event is between them");
+  if (from && until && *from >= *until) return Failure("--from is not before --until: no event is between them");
   return {};
 }
 
@@ -95,16 +94,14 @@ Result<> LogFilter::Parse(Bytes log) {
 }
 
 bool LogFilter::MatchesTime(const LogEvent& event) const {
-  return (!time_.from() || event.utime >= *time_.from()) && (!time_.until() || event.utime < *time_.until());
+  return (!time_.from || event.utime >= *time_.from) && (!time_.until || event.utime < *time_.until);
 }
 
 // Times may run back by at most kSeekSlackUs.
-std::size_t LogFilter::Begin(Bytes log) const {
-  return time_.from() ? SeekTime(log, *time_.from() - kSeekSlackUs) : 0;
-}
+std::size_t LogFilter::Begin(Bytes log) const { return time_.from ? SeekTime(log, *time_.from - kSeekSlackUs) : 0; }
 
 bool LogFilter::EndsAt(const LogEvent& event) const {
-  return time_.until() && event.utime > *time_.until() + kSeekSlackUs;
+  return time_.until && event.utime > *time_.until + kSeekSlackUs;
 }
 
 LogProgress::LogProgress(const char* activity, std::size_t bytes)

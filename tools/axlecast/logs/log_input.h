@@ -28,23 +28,20 @@ namespace axlecast {
 [[nodiscard]] std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span);
 
 // The options --from and --until.
-class LogTimeOptions {
- public:
+struct LogTimeOptions {
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
   // Parses the options. The logs define the start and the end for relative times.
   [[nodiscard]] Result<> Parse(const std::vector<Bytes>& logs);
 
-  // Return us, UNIX time, or nothing if the option was not given.
-  [[nodiscard]] const std::optional<std::int64_t>& from() const { return from_; }
-  [[nodiscard]] const std::optional<std::int64_t>& until() const { return until_; }
+  // us, UNIX time, or nothing if the option was not given.
+  std::optional<std::int64_t> from;
+  std::optional<std::int64_t> until;
 
  private:
   std::string from_text_;
   std::string until_text_;
-  std::optional<std::int64_t> from_;
-  std::optional<std::int64_t> until_;
 };
 
 // The options --channel, --invert, --from and --until, which select the events of a log.
@@ -118,7 +115,7 @@ class LogFiles {
   [[nodiscard]] Result<> Open(std::span<const std::string> paths);
   [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
   [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
-  // Returns MappedFile::Loss of the first log that has lost a part since it was opened; empty if there is none.
+  // Returns MappedFile::Loss of the first log that has lost a part since it was opened, or an empty text.
   [[nodiscard]] std::string Loss() const;
 
  private:
