@@ -19,24 +19,6 @@ constexpr std::array<Block, 5> kHoldingRegisters = {{{0, 54, true},
                                                      {300, 301, false, true},
                                                      {350, 354, false, true}}};
 
-// Log data 1-3: 1000-1019 for the voltage to 1600-1619 for the acceleration on Z, then 2000.. and 3000..
-constexpr std::array<Block, 21> LogBlocks() {
-  std::array<Block, 21> blocks{};
-  for (std::size_t i = 0; i < blocks.size(); ++i) {
-    const auto first = static_cast<std::uint16_t>(1000 * (1 + i / 7) + 100 * (i % 7));
-    blocks[i] = {first, static_cast<std::uint16_t>(first + 19)};
-  }
-  return blocks;
-}
-constexpr std::array<Block, 21> kLogs = LogBlocks();
-
-const Block* Find(std::span<const Block> blocks, std::uint16_t address) {
-  for (const Block& block : blocks) {
-    if (address >= block.first && address <= block.last) return &block;
-  }
-  return nullptr;
-}
-
 // The guideline names no factory settings. These differ in every address, so that a mix-up is seen, and let the
 // default load run.
 std::array<std::uint16_t, kParameterCount> DeliveredParameters() {
@@ -141,8 +123,8 @@ WrittenPassword PasswordIn(const ScUnit& unit, Bytes data) {
 
 // ---- checks, in the order of their error codes ----
 
-bool AddressFits(const Command& command, const Block* block) {
-  if (block == nullptr) return false;
+bool AddressFits(const Command& command, const std::optional<Block>& block) {
+  if (!block) return false;
   const std::uint32_t last = command.start + std::max<std::uint32_t>(command.count, 1) - 1;
   return last <= block->last && (block->writable || !command.function->write);
 }
@@ -222,20 +204,18 @@ Response Error(std::uint8_t function, ErrorCode code) {
 
 ScUnit::ScUnit(std::uint64_t seed) : motor(seed), parameters_(DeliveredParameters()) {}
 
-const Block* BlockAt(Space space, std::uint16_t address) {
-  switch (space) {
-    case Space::kCoil:
-      return Find(kCoils, address);
-    case Space::kInputStatus:
-      return Find(kInputs, address);
-    case Space::kInputRegister: {
-      const Block* block = Find(kInputRegisters, address);
-      return block != nullptr ? block : Find(kLogs, address);
-    }
-    case Space::kHoldingRegister:
-      return Find(kHoldingRegisters, address);
+std::optional<Block> BlockAt(Space space, std::uint16_t address) {
+  // Log data 1-3: 1000-1019 for the voltage to 1600-1619 for the acceleration on Z, then 2000.. and 3000..
+  const bool log = address >= 1000 && address < 4000 && address / 100 % 10 < 7 && address % 100 < 20;
+  if (space == Space::kInputRegister && log) {
+    const int first = address - address % 100;
+    return Block{static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(first + 19)};
   }
-  return nullptr;
+  const std::array<std::span<const Block>, 4> spaces = {kCoils, kInputs, kInputRegisters, kHoldingRegisters};
+  for (const Block& block : spaces.at(static_cast<std::size_t>(space))) {
+    if (address >= block.first && address <= block.last) return block;
+  }
+  return std::nullopt;
 }
 
 Range ParameterRange(std::uint16_t address) {
@@ -306,7 +286,7 @@ Response Execute(ScUnit& unit, Bytes bytes) {
   if (function == nullptr) return Error(code, ErrorCode::kFunction);
   if (bytes.size() < 5) return Error(code, ErrorCode::kData);
   const Command command = TakeApart(*function, bytes);
-  const Block* block = BlockAt(function->space, command.start);
+  const std::optional<Block> block = BlockAt(function->space, command.start);
   if (!AddressFits(command, block)) return Error(code, ErrorCode::kAddress);
   if (!DataFit(unit, command, *block)) return Error(code, ErrorCode::kData);
   if (!LoginFits(unit, command, *block)) return Error(code, ErrorCode::kLogin);

@@ -41,8 +41,8 @@ struct Block {
 
   [[nodiscard]] std::uint32_t size() const { return last - first + 1U; }
 };
-// Returns the block that holds the address; null if the unit has no such address.
-[[nodiscard]] const Block* BlockAt(Space space, std::uint16_t address);
+// Returns the block that holds the address, or nothing if the unit has no such address.
+[[nodiscard]] std::optional<Block> BlockAt(Space space, std::uint16_t address);
 
 // Lower and upper limit of a parameter: guideline 11.
 struct Range {
