@@ -12,7 +12,7 @@
 #include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
