@@ -17,6 +17,7 @@
 #include <sstream>
 #include <utility>
 
+#include "bridge/store/database.h"
 #include "core/command/commands.h"
 
 namespace axlecast {

@@ -1,5 +1,7 @@
 #include "core/base/expression.h"
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 

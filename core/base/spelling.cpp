@@ -1,5 +1,7 @@
 #include "core/base/spelling.h"
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>

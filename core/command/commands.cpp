@@ -2,7 +2,9 @@
 
 #include <sodium.h>
 
+#include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <cstdint>
 #include <set>
 
 #include "core/base/text.h"

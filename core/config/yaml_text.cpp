@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <exception>
 #include <map>
+#include <optional>
 #include <sstream>
+#include <string>
 
 #include "core/base/spelling.h"
 

@@ -1,6 +1,7 @@
 #include "core/device/operation.h"
 
 #include <axlecast/command_status_t.hpp>
+#include <utility>
 
 namespace axlecast {
 

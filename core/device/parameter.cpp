@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 namespace {
 

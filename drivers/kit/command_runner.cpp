@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
+#include <utility>
 
 namespace axlecast {
 

@@ -1,5 +1,7 @@
 #include "drivers/kit/decode.h"
 
+#include <algorithm>
+
 #include "core/device/operation.h"
 
 namespace axlecast {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <string>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

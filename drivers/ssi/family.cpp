@@ -1,5 +1,7 @@
 #include "drivers/ssi/family.h"
 
+#include <memory>
+
 #include "drivers/ssi/settings.h"
 
 namespace axlecast {

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "drivers/kit/decode.h"
-#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
 

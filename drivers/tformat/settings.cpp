@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

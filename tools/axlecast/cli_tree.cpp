@@ -1,9 +1,12 @@
 #include "tools/axlecast/cli_tree.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <optional>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "core/base/spelling.h"
 

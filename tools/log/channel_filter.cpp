@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/expression.h"
+#include "core/base/result.h"
 
 namespace axlecast {
 namespace {

@@ -1,5 +1,6 @@
 #include "tools/service/error_trend.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/text.h"
+
 namespace axlecast {
 namespace {
 

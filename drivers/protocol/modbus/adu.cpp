@@ -1,6 +1,7 @@
 #include "drivers/protocol/modbus/adu.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cassert>
 

@@ -1,6 +1,8 @@
 #include "drivers/tsubaki_sc/simulator/gear_motor.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drivers/kit/simulation/quantity.h"
 

@@ -4,6 +4,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
+#include <string>
+#include <string_view>
 
 #include "core/base/text.h"
 #include "core/messages/json/field.h"
