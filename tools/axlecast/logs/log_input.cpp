@@ -92,17 +92,6 @@ Result<> LogFilter::Parse(Bytes log) {
   return time_.Parse({log});
 }
 
-bool LogFilter::MatchesTime(const LogEvent& event) const {
-  return (!time_.from || event.utime >= *time_.from) && (!time_.until || event.utime < *time_.until);
-}
-
-// Times may run back by at most kSeekSlackUs.
-std::size_t LogFilter::Begin(Bytes log) const { return time_.from ? SeekTime(log, *time_.from - kSeekSlackUs) : 0; }
-
-bool LogFilter::EndsAt(const LogEvent& event) const {
-  return time_.until && event.utime > *time_.until + kSeekSlackUs;
-}
-
 LogProgress::LogProgress(const char* activity, std::size_t bytes)
     : activity_(activity), bytes_(*activity != 0 && bytes >= kLarge && isatty(STDERR_FILENO) == 1 ? bytes : 0) {}
 
