@@ -1,7 +1,6 @@
 #include "drivers/tsubaki_sc/settings.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "core/base/spelling.h"
 #include "core/config/config_map.h"
