@@ -44,7 +44,8 @@ class Names:
     def __init__(self, struct, prefix, is_index):
         self.struct, self.prefix, self.is_index = struct, prefix, is_index
         self.is_bits = prefix in BITS
-        self.table = f"kNames_{struct}_{prefix}"
+        words = struct.removesuffix("_t").split("_") + prefix.split("_")
+        self.table = "k" + "".join(word.capitalize() for word in words) + "Names"
         self.words = []  # (number, name), filled when all constants are known
 
     def key(self, member):

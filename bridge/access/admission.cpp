@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <cstdio>
 #include <utility>
 
 #include "core/base/text.h"
@@ -17,11 +16,7 @@ using S = command_status_t;
 // Every text must fit command_status_t.text; names of the machine's file have 24 bytes at most, operations too.
 tl::unexpected<Error> Denied(std::string text) { return Failure(std::move(text), S::REASON_DENIED); }
 
-std::string Hex(std::int64_t id) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(id));
-  return text;
-}
+std::string Hex(std::int64_t id) { return Text("%016llx", static_cast<unsigned long long>(id)); }
 
 bool HasSignature(const command_t& envelope) {
   return std::any_of(std::begin(envelope.sig), std::end(envelope.sig), [](std::uint8_t byte) { return byte != 0; });

@@ -50,10 +50,16 @@ bool DeviceQueue::Holds(PendingCommand::Purpose purpose) const {
   return (current_ && is(*current_)) || std::any_of(waiting_.begin(), waiting_.end(), is);
 }
 
-std::optional<std::string> DeviceQueue::SenderOf(const CommandId& id) const {
+// Returns the waiting command of this id; if `state` is given, only in this state.
+DeviceQueue::Place DeviceQueue::Waiting(const CommandId& id, std::optional<JournalState> state) {
+  return std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
+    return pending.id == id && (!state || pending.journal_state == *state);
+  });
+}
+
+std::optional<std::string> DeviceQueue::SenderOf(const CommandId& id) {
   if (current_ && current_->id == id) return current_->who;
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
-                                  [&](const PendingCommand& pending) { return pending.id == id; });
+  const auto found = Waiting(id);
   return found == waiting_.end() ? std::nullopt : std::optional(found->who);
 }
 
@@ -71,12 +77,9 @@ bool DeviceQueue::Cancel(const CommandId& id, Timestamp now) {
     }
     return true;
   }
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(),
-                                  [&](const PendingCommand& pending) { return pending.id == id; });
+  const auto found = Waiting(id);
   if (found == waiting_.end()) return false;
-  PendingCommand pending = std::move(*found);
-  waiting_.erase(found);
-  End(std::move(pending), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited in the queue", now);
+  End(Take(found), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited in the queue", now);
   return true;
 }
 
@@ -176,30 +179,24 @@ void DeviceQueue::PushFirst(PendingCommand pending) {
   waiting_.push_front(std::move(pending));
 }
 
-PendingCommand DeviceQueue::Take(std::deque<PendingCommand>::iterator pending) {
+PendingCommand DeviceQueue::Take(Place pending) {
   PendingCommand taken = std::move(*pending);
   waiting_.erase(pending);
   return taken;
 }
 
-bool DeviceQueue::IsAwaitingAcceptance(const CommandId& id) const {
-  return std::any_of(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
-    return pending.id == id && pending.journal_state == JournalState::kAccepted;
-  });
+bool DeviceQueue::IsAwaitingAcceptance(const CommandId& id) {
+  return Waiting(id, JournalState::kAccepted) != waiting_.end();
 }
 
 std::optional<PendingCommand> DeviceQueue::Withdraw(const CommandId& id) {
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
-    return pending.id == id && pending.journal_state == JournalState::kAccepted;
-  });
+  const auto found = Waiting(id, JournalState::kAccepted);
   return found == waiting_.end() ? std::nullopt : std::optional(Take(found));
 }
 
 void DeviceQueue::OnJournalled(const CommandId& id, JournalState what, bool written, const Error& not_written,
                                Timestamp now) {
-  const auto found = std::find_if(waiting_.begin(), waiting_.end(), [&](const PendingCommand& pending) {
-    return pending.id == id && pending.journal_state == what;
-  });
+  const auto found = Waiting(id, what);
   if (found == waiting_.end()) return;
   if (!written && !found->operation->urgent) {
     return End(Take(found), S::STATE_REJECTED, not_written.reason, not_written.text, now);
@@ -208,7 +205,7 @@ void DeviceQueue::OnJournalled(const CommandId& id, JournalState what, bool writ
 }
 
 // The next command: the first, or, while that waits for a slow journal, the first read behind it.
-std::deque<PendingCommand>::iterator DeviceQueue::Next(Timestamp now) {
+DeviceQueue::Place DeviceQueue::Next(Timestamp now) {
   const auto first = waiting_.begin();
   if (!WaitsForJournal(*first) || now.mono - first->journal_since <= kOvertaken) return first;
   return std::find_if(first, waiting_.end(), [](const PendingCommand& pending) {

@@ -51,7 +51,7 @@ class DeviceQueue {
   void PushRecovered(PendingCommand pending);
 
   // Who gave a command that is here and has no outcome yet.
-  [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id) const;
+  [[nodiscard]] std::optional<std::string> SenderOf(const CommandId& id);
   [[nodiscard]] bool Holds(PendingCommand::Purpose purpose) const;
 
   // The journal has noted (`written`), or cannot note, what this command waits for. Nothing happens when it waits no
@@ -59,7 +59,7 @@ class DeviceQueue {
   void OnJournalled(const CommandId& id, PendingCommand::JournalState what, bool written, const Error& not_written,
                     Timestamp now);
   // The acceptance of this command is being written.
-  [[nodiscard]] bool IsAwaitingAcceptance(const CommandId& id) const;
+  [[nodiscard]] bool IsAwaitingAcceptance(const CommandId& id);
   // Takes out a command whose acceptance is being written.
   [[nodiscard]] std::optional<PendingCommand> Withdraw(const CommandId& id);
 
@@ -72,8 +72,10 @@ class DeviceQueue {
  private:
   void DropWaiting(Timestamp now);
   void RouteNext(Timestamp now);
-  [[nodiscard]] std::deque<PendingCommand>::iterator Next(Timestamp now);
-  [[nodiscard]] PendingCommand Take(std::deque<PendingCommand>::iterator pending);
+  using Place = std::deque<PendingCommand>::iterator;
+  [[nodiscard]] Place Waiting(const CommandId& id, std::optional<PendingCommand::JournalState> state = {});
+  [[nodiscard]] Place Next(Timestamp now);
+  [[nodiscard]] PendingCommand Take(Place pending);
   void Route(PendingCommand pending, Timestamp now);
   void Follow(Timestamp now);
   void SendDue(PendingCommand& pending, Timestamp now);

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <iostream>
-#include <memory>
 #include <string>
 
 #include "bridge/dispatch/dispatcher.h"
@@ -157,7 +156,7 @@ class BridgeProgram {
   }
 
   void ReportReception(MonoNs now) {
-    const std::string lost = reception_.Next(port_.received(), now, port_.warning());
+    const std::string lost = reception_.NextLine(port_.received(), now, port_.warning());
     if (!lost.empty()) spdlog::warn("{}", lost);
   }
 

@@ -7,13 +7,18 @@
 
 #include "core/command/commands.h"
 #include "core/messages/enum_names.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string Dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+// `list`: LCM messages.
+template <typename Message>
+std::string Dump(const std::vector<Message>& list) {
+  return Field(list).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 // The list's objects; empty when `text` is no list.
 Json Parse(std::string_view text) {
@@ -83,19 +88,9 @@ CommandRow CommandOf(const Rows& row) {
   return command;
 }
 
-std::string ArgumentsText(const std::vector<argument_t>& arguments) {
-  Json list = Json::array();
-  for (const argument_t& argument : arguments) list.push_back({{"key", argument.key}, {"value", argument.value}});
-  return Dump(list);
-}
+std::string ArgumentsText(const std::vector<argument_t>& arguments) { return Dump(arguments); }
 
-std::string ChangesText(const std::vector<change_t>& changes) {
-  Json list = Json::array();
-  for (const change_t& change : changes) {
-    list.push_back({{"key", change.key}, {"before", change.before}, {"after", change.after}});
-  }
-  return Dump(list);
-}
+std::string ChangesText(const std::vector<change_t>& changes) { return Dump(changes); }
 
 std::vector<change_t> ParseChanges(std::string_view text) {
   std::vector<change_t> changes;

@@ -24,7 +24,7 @@ inline constexpr std::uint8_t kMqtt = alarm_entry_t::SOURCE_MQTT;
 
 // Of a driver, on any device of any family.
 namespace runtime_alarms {
-using namespace alarm_codes;  // NOLINT(google-build-using-namespace): in this catalogue only
+using namespace alarm_codes;
 
 inline constexpr AlarmSpec kDeviceOffline = {
     100, kDriver, kError, "device_offline",
@@ -78,7 +78,7 @@ inline constexpr AlarmSpec kCanErrorWarning = {
 
 // Of the bridge, on ALARM/bridge.
 namespace bridge_alarms {
-using namespace alarm_codes;  // NOLINT(google-build-using-namespace): in this catalogue only
+using namespace alarm_codes;
 
 inline constexpr AlarmSpec kUnauthorizedCommands = {
     300, kBridge, kWarning, "foreign_commands",
@@ -105,7 +105,7 @@ inline constexpr AlarmSpec kOtherBridge = {306, kBridge, kCritical, "other_bridg
 
 // Of a recorder, on ALARM/recorder/<name>.
 namespace recording_alarms {
-using namespace alarm_codes;  // NOLINT(google-build-using-namespace): in this catalogue only
+using namespace alarm_codes;
 
 inline constexpr AlarmSpec kDiskFull = {
     400, kRecorder, kError, "disk_full",
@@ -121,7 +121,7 @@ inline constexpr AlarmSpec kMessagesLost = {
 
 // Of axlecast mqtt, on ALARM/mqtt/<machine>.
 namespace mqtt_alarms {
-using namespace alarm_codes;  // NOLINT(google-build-using-namespace): in this catalogue only
+using namespace alarm_codes;
 
 inline constexpr AlarmSpec kBrokerAway = {
     500, kMqtt, kWarning, "broker_away",

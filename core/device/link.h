@@ -23,7 +23,10 @@ class Link {
     kLost,     // the line is gone: close it, back off, open it again
   };
 
+  Link() = default;
   virtual ~Link() = default;
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
 
   // Opens the line. The error contains the cause and the remedy for the operator.
   [[nodiscard]] virtual Result<> Open() = 0;
@@ -92,7 +95,10 @@ class FrameLink : public Link {
 // Output lines beside a bus. drivers/hal/gpio_line.h drives real ones.
 class PulseLines {
  public:
+  PulseLines() = default;
   virtual ~PulseLines() = default;
+  PulseLines(const PulseLines&) = delete;
+  PulseLines& operator=(const PulseLines&) = delete;
 
   // Claims all lines and drives them high. The error contains the cause and the remedy.
   [[nodiscard]] virtual Result<> Open() = 0;

@@ -17,57 +17,54 @@ std::string_view NameOf(NumberNames names, std::int64_t number, std::string_view
   return found == names.end() ? unknown : found->name;
 }
 
-// Bits without a name as hex.
-std::string BitNames(std::int32_t value, NumberNames names, std::string_view separator) {
-  auto bits = static_cast<std::uint32_t>(value);
+std::string Joined(const std::vector<std::string>& words, std::string_view separator) {
   std::string text;
-  const auto add = [&](std::string_view name) {
-    if (!text.empty()) text += separator;
-    text += name;
-  };
-  for (const NumberName& known : names) {
-    const auto mask = static_cast<std::uint32_t>(known.number);
-    if ((bits & mask) != 0) add(known.name);
-    bits &= ~mask;
-  }
-  if (bits != 0) add(Text("0x%x", bits));
+  for (const std::string& word : words) text.append(text.empty() ? "" : separator).append(word);
   return text;
 }
 
 }  // namespace
 
-std::string_view UnitName(std::int8_t unit) { return NameOf(kNames_position_t_UNIT, unit); }
-std::string_view DeviceStateName(std::int8_t state) { return NameOf(kNames_device_info_t_STATE, state); }
-std::string_view BusStateName(std::int8_t state) { return NameOf(kNames_bus_health_t_STATE, state); }
-std::string_view AlarmStateName(std::int8_t state) { return NameOf(kNames_alarm_entry_t_STATE, state); }
-std::string_view SeverityName(std::int8_t severity) { return NameOf(kNames_alarm_entry_t_SEVERITY, severity); }
+std::vector<std::string> BitNames(std::uint32_t bits, NumberNames names) {
+  std::vector<std::string> words;
+  for (const NumberName& known : names) {
+    const auto mask = static_cast<std::uint32_t>(known.number);
+    if ((bits & mask) != 0) words.emplace_back(known.name);
+    bits &= ~mask;
+  }
+  if (bits != 0) words.push_back(Text("0x%x", bits));
+  return words;
+}
 
-std::string FlagNames(std::int32_t flags) { return BitNames(flags, kNames_position_t_FLAG, ","); }
+std::string_view UnitName(std::int8_t unit) { return NameOf(kPositionUnitNames, unit); }
+std::string_view DeviceStateName(std::int8_t state) { return NameOf(kDeviceInfoStateNames, state); }
+std::string_view BusStateName(std::int8_t state) { return NameOf(kBusHealthStateNames, state); }
+std::string_view AlarmStateName(std::int8_t state) { return NameOf(kAlarmEntryStateNames, state); }
+std::string_view SeverityName(std::int8_t severity) { return NameOf(kAlarmEntrySeverityNames, severity); }
+
+std::string FlagNames(std::int32_t flags) {
+  return Joined(BitNames(static_cast<std::uint32_t>(flags), kPositionFlagNames), ",");
+}
 
 std::string MotorStatusNames(std::int32_t bits) {
   static constexpr NumberName kNames[] = {{1, "power upper A"}, {2, "power upper B"}, {4, "power lower A"},
                                           {8, "power lower B"}, {32, "overheat"},     {64, "excessive shock"}};
-  return BitNames(bits, kNames, ", ");
+  return Joined(BitNames(static_cast<std::uint32_t>(bits), kNames), ", ");
 }
 
 std::string ErrorCounts(const std::int64_t (&errors)[16]) {
   static_assert(kErrorKinds == 16);
-  std::string text;
+  std::vector<std::string> counts;
   for (std::size_t kind = 0; kind < kErrorKinds; ++kind) {
     if (errors[kind] == 0) continue;
-    if (!text.empty()) text += ", ";
-    text += std::string(ErrorName(static_cast<ErrorKind>(kind))) + " " + std::to_string(errors[kind]);
+    counts.push_back(std::string(ErrorName(static_cast<ErrorKind>(kind))) + " " + std::to_string(errors[kind]));
   }
-  return text;
+  return Joined(counts, ", ");
 }
 
-std::string_view StateName(std::int8_t state) { return NameOf(kNames_command_status_t_STATE, state, "unknown"); }
-std::string_view ReasonName(std::int32_t reason) {
-  return NameOf(kNames_command_status_t_REASON, reason, "unknown");
-}
-std::string_view FindingName(std::int8_t finding) {
-  return NameOf(kNames_command_status_t_FINDING, finding, "unknown");
-}
+std::string_view StateName(std::int8_t state) { return NameOf(kCommandStatusStateNames, state, "unknown"); }
+std::string_view ReasonName(std::int32_t reason) { return NameOf(kCommandStatusReasonNames, reason, "unknown"); }
+std::string_view FindingName(std::int8_t finding) { return NameOf(kCommandStatusFindingNames, finding, "unknown"); }
 
 std::int8_t FindingOf(std::string_view word) {
   if (word == "reads_as_after") return command_status_t::FINDING_EFFECT_SEEN;

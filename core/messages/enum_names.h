@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace axlecast {
 
@@ -13,6 +14,9 @@ struct NumberName {
   std::string_view name;
 };
 using NumberNames = std::span<const NumberName>;
+
+// Returns the names of the bits that are set; bits without a name as one hexadecimal number at the end.
+[[nodiscard]] std::vector<std::string> BitNames(std::uint32_t bits, NumberNames names);
 
 // The words of the messages' numbers, for people. A number that is not known becomes "?".
 

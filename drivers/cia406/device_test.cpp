@@ -1,4 +1,4 @@
-#include "drivers/cia406/device.h"
+#include "drivers/cia406/cia406.h"
 
 #include <gmock/gmock.h>
 

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -11,8 +12,8 @@
 namespace axlecast {
 namespace {
 
-constexpr double kTolerance = 0.02;  // of a receiver that samples bit 9 in its middle, both ends counted
-constexpr double kWorthTelling = 0.005;
+constexpr double kTolerance = 0.02;  // of a receiver that samples bit 9 in its middle; the sum of both ends
+constexpr double kMinWarning = 0.005;
 constexpr std::int64_t kEveryChip = 921'600;
 
 constexpr std::uint16_t kFtdi = 0x0403;
@@ -27,8 +28,8 @@ std::string Megabaud(double baud) {
 
 struct Chip {
   std::string name;
-  double baud = 0;     // what it makes of the rate asked for; 0 unknown
-  std::string advice;  // where it does not fit
+  double baud = 0;     // the rate it produces if `baud` is requested; 0: unknown
+  std::string advice;  // if that rate does not fit
 };
 
 // Linux ftdi_sio: clock / n, n in eighths; between 1 and 2 the chips have only 1.5.
@@ -43,32 +44,23 @@ double FtdiRate(double clock, double baud) {
   return best;
 }
 
-// bcdDevice as in Linux ftdi_sio (ftdi_determine_type).
-Chip FtdiChip(std::uint16_t release, double baud) {
-  const char* const advice = "use one with an FT232H, FT2232H or FT4232H";
-  switch (release) {
-    case 0x0400:
-      return {"FT232BM", FtdiRate(3e6, baud), advice};
-    case 0x0500:
-      return {"FT2232C/D", FtdiRate(3e6, baud), advice};
-    case 0x0600:
-      return {"FT232R", FtdiRate(3e6, baud), advice};
-    case 0x1000:
-      return {"FT-X", FtdiRate(3e6, baud), advice};
-    case 0x0700:
-      return {"FT2232H", FtdiRate(12e6, baud), advice};
-    case 0x0800:
-      return {"FT4232H", FtdiRate(12e6, baud), advice};
-    case 0x0900:
-      return {"FT232H", FtdiRate(12e6, baud), advice};
-    default:
-      return {};
-  }
-}
+// FTDI's chips, with bcdDevice as in Linux ftdi_sio (ftdi_determine_type).
+struct FtdiChip {
+  std::uint16_t release;
+  const char* name;
+  double clock;
+};
+constexpr FtdiChip kFtdiChips[] = {{0x0400, "FT232BM", 3e6}, {0x0500, "FT2232C/D", 3e6}, {0x0600, "FT232R", 3e6},
+                                   {0x1000, "FT-X", 3e6},    {0x0700, "FT2232H", 12e6},  {0x0800, "FT4232H", 12e6},
+                                   {0x0900, "FT232H", 12e6}};
 
 Chip FindChip(const UsbAdapter& adapter, double baud) {
   const char* const advice = "use one with an FT232H";
-  if (adapter.vendor == kFtdi) return FtdiChip(adapter.release, baud);
+  if (adapter.vendor == kFtdi) {
+    const auto* const chip = std::ranges::find(kFtdiChips, adapter.release, &FtdiChip::release);
+    if (chip == std::end(kFtdiChips)) return {};
+    return {chip->name, FtdiRate(chip->clock, baud), "use one with an FT232H, FT2232H or FT4232H"};
+  }
   if (adapter.vendor == kSilabs && adapter.product == 0xEA60 && baud > 1e6) {
     // The best of them, CP2102N: 48 MHz / (2 n), at most 3 Mbaud (Linux cp210x, Silicon Labs AN205).
     return {"CP2102/CP2104", std::min(24e6 / std::round(24e6 / baud), 3e6), advice};
@@ -94,7 +86,7 @@ int ReadNumber(const std::string& file) {
 
 }  // namespace
 
-AdapterVerdict JudgeAdapter(const UsbAdapter& adapter, std::int64_t baud) {
+AdapterVerdict CheckAdapter(const UsbAdapter& adapter, std::int64_t baud) {
   const auto wanted = static_cast<double>(baud);
   char id[16];
   std::snprintf(id, sizeof id, "%04x:%04x", unsigned{adapter.vendor}, unsigned{adapter.product});
@@ -109,7 +101,7 @@ AdapterVerdict JudgeAdapter(const UsbAdapter& adapter, std::int64_t baud) {
     return verdict;
   }
   const double deviation = chip.baud / wanted - 1;
-  if (std::abs(deviation) < kWorthTelling) return verdict;
+  if (std::abs(deviation) < kMinWarning) return verdict;
   char percent[16];
   std::snprintf(percent, sizeof percent, "%+.2f %%", deviation * 100);
   verdict.fits = std::abs(deviation) <= kTolerance;
@@ -126,7 +118,7 @@ TtyFacts ReadTtyFacts(const std::string& sysfs, unsigned major, unsigned minor) 
   const auto root = std::filesystem::weakly_canonical(sysfs, error);
   auto directory = std::filesystem::canonical(std::filesystem::path(sysfs) / "dev/char" / number, error);
   if (error) return facts;
-  // .../usb1/1-2/1-2:1.0/ttyUSB0/tty/ttyUSB0: the timer stands at the port, the ids at the USB device above it.
+  // .../usb1/1-2/1-2:1.0/ttyUSB0/tty/ttyUSB0: the port has the timer, and the USB device above it has the ids.
   for (; directory != root && directory.has_relative_path(); directory = directory.parent_path()) {
     if (facts.latency_timer.empty() && std::filesystem::exists(directory / "latency_timer", error)) {
       facts.latency_timer = directory / "latency_timer";
@@ -147,20 +139,20 @@ std::optional<TtyFacts> ReadTtyFacts(const std::string& path) {
 
 int ReadLatency(const std::string& latency_timer) { return latency_timer.empty() ? -1 : ReadNumber(latency_timer); }
 
-std::string ShortenLatency(const std::string& latency_timer) {
+Result<> ShortenLatency(const std::string& latency_timer) {
   const int before = ReadNumber(latency_timer);
-  if (before == 1) return "";
+  if (before == 1) return {};
   std::ofstream(latency_timer) << 1 << std::flush;
-  if (ReadNumber(latency_timer) == 1) return "";
+  if (ReadNumber(latency_timer) == 1) return {};
   const std::string port = std::filesystem::path(latency_timer).parent_path().filename();
-  return "the USB adapter's latency timer is " + std::to_string(before) + " ms: about " +
-         std::to_string(before > 0 ? 1000 / before : 0) +
-         " exchanges a second at most. Set it to 1 ms (as root):\n"
-         "  echo 1 > /sys/bus/usb-serial/devices/" +
-         port +
-         "/latency_timer\n"
-         "and for every time it is plugged in, in /etc/udev/rules.d/99-axlecast.rules:\n"
-         "  ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", ATTR{latency_timer}=\"1\"";
+  return Failure("the USB adapter's latency timer is " + std::to_string(before) + " ms: about " +
+                 std::to_string(before > 0 ? 1000 / before : 0) +
+                 " exchanges a second at most. Set it to 1 ms (as root):\n"
+                 "  echo 1 > /sys/bus/usb-serial/devices/" +
+                 port +
+                 "/latency_timer\n"
+                 "and for every time it is plugged in, in /etc/udev/rules.d/99-axlecast.rules:\n"
+                 "  ACTION==\"add\", SUBSYSTEM==\"usb-serial\", DRIVER==\"ftdi_sio\", ATTR{latency_timer}=\"1\"");
 }
 
 }  // namespace axlecast

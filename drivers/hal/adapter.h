@@ -4,37 +4,40 @@
 #include <optional>
 #include <string>
 
+#include "core/base/result.h"
+
 namespace axlecast {
 
-// A USB serial adapter as its USB descriptor names it.
+// A USB serial adapter, from its USB descriptor.
 struct UsbAdapter {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
-  std::uint16_t release = 0;  // bcdDevice: at FTDI the chip type
+  std::uint16_t release = 0;  // bcdDevice; FTDI: the chip type
 };
 
-// Whether the adapter's chip makes the rate. termios cannot tell: it returns the rate that was asked for.
+// Whether the chip of an adapter supports a rate. termios does not report that: it returns the requested rate.
 struct AdapterVerdict {
-  bool fits = true;  // false: more than 2 % off, frames get lost
-  double baud = 0;   // the rate that the chip makes; 0 unknown
-  std::string text;  // what the operator should know, empty when there is nothing
+  bool fits = true;  // false: more than 2 % off; frames would be lost
+  double baud = 0;   // the rate that the chip produces; 0: unknown
+  std::string text;  // a warning for the operator, or nothing
 };
-[[nodiscard]] AdapterVerdict JudgeAdapter(const UsbAdapter& adapter, std::int64_t baud);
+[[nodiscard]] AdapterVerdict CheckAdapter(const UsbAdapter& adapter, std::int64_t baud);
 
-// What sysfs tells of the tty with this device number. Ports that are no USB adapters have neither.
+// The entries of a tty in sysfs. Ports that are not USB adapters have none.
 struct TtyFacts {
   std::optional<UsbAdapter> usb;
-  std::string latency_timer;  // path of the driver's latency timer in ms, where it has one
+  std::string latency_timer;  // path of the latency timer of the driver, in ms, if it has one
 };
+// Reads them for a device number.
 [[nodiscard]] TtyFacts ReadTtyFacts(const std::string& sysfs, unsigned major, unsigned minor);
 
-// The same of a path, whoever holds the line; nothing where it leads to no tty.
+// Reads them for a path, even if another process holds the line. Returns nothing if the path does not lead to a tty.
 [[nodiscard]] std::optional<TtyFacts> ReadTtyFacts(const std::string& path);
-// In ms; -1: not told.
+// In ms; -1: unknown.
 [[nodiscard]] int ReadLatency(const std::string& latency_timer);
 
-// Sets the latency timer to 1 ms: at the usual 16 ms a bus makes about 62 exchanges a second. An empty string when
-// it is 1 ms now, else the cause and the lines that mend it.
-[[nodiscard]] std::string ShortenLatency(const std::string& latency_timer);
+// Sets the latency timer to 1 ms. With the usual 16 ms, a bus can do about 62 exchanges per second. The error contains the cause
+// and the commands to type.
+[[nodiscard]] Result<> ShortenLatency(const std::string& latency_timer);
 
 }  // namespace axlecast

@@ -23,49 +23,49 @@ constexpr UsbAdapter kFt232h{0x0403, 0x6014, 0x0900};
 constexpr UsbAdapter kFt2232h{0x0403, 0x6010, 0x0700};
 
 // FTDI AN120 "Aliasing VCP Baud Rates": 3 Mbaud / n, n = 1, 1.5, then eighths from 2.
-TEST(JudgeAdapter, FullSpeedFtdiChipsHaveNothingBetweenTwoAndThreeMegabaud) {
+TEST(CheckAdapter, FullSpeedFtdiChipsHaveNothingBetweenTwoAndThreeMegabaud) {
   for (const UsbAdapter& adapter : {kFt232r, kFt232bm}) {
-    const AdapterVerdict verdict = JudgeAdapter(adapter, kTFormat);
+    const AdapterVerdict verdict = CheckAdapter(adapter, kTFormat);
     EXPECT_FALSE(verdict.fits);
     EXPECT_THAT(verdict.text, HasSubstr("it cannot do this rate; use one with an FT232H"));
   }
-  EXPECT_THAT(JudgeAdapter(kFt232r, kTFormat).text, HasSubstr("0403:6001 (FT232R)"));
-  EXPECT_DOUBLE_EQ(JudgeAdapter(kFt232r, 2'000'000).baud, 2e6);
-  EXPECT_TRUE(JudgeAdapter(kFt232r, 2'000'000).fits);
-  EXPECT_TRUE(JudgeAdapter(kFt232r, 3'000'000).fits);
-  EXPECT_EQ(JudgeAdapter(kFt232r, 9'600).text, "");
-  EXPECT_EQ(JudgeAdapter(kFt232r, 115'200).text, "");
+  EXPECT_THAT(CheckAdapter(kFt232r, kTFormat).text, HasSubstr("0403:6001 (FT232R)"));
+  EXPECT_DOUBLE_EQ(CheckAdapter(kFt232r, 2'000'000).baud, 2e6);
+  EXPECT_TRUE(CheckAdapter(kFt232r, 2'000'000).fits);
+  EXPECT_TRUE(CheckAdapter(kFt232r, 3'000'000).fits);
+  EXPECT_EQ(CheckAdapter(kFt232r, 9'600).text, "");
+  EXPECT_EQ(CheckAdapter(kFt232r, 115'200).text, "");
 }
 
 // 12 MHz / 4.75 = 2.526 Mbaud, +1.05 %.
-TEST(JudgeAdapter, HighSpeedFtdiChipsComeNearEnough) {
+TEST(CheckAdapter, HighSpeedFtdiChipsComeNearEnough) {
   for (const UsbAdapter& adapter : {kFt232h, kFt2232h}) {
-    const AdapterVerdict verdict = JudgeAdapter(adapter, kTFormat);
+    const AdapterVerdict verdict = CheckAdapter(adapter, kTFormat);
     EXPECT_TRUE(verdict.fits);
     EXPECT_NEAR(verdict.baud, 2'526'316, 1);
     EXPECT_THAT(verdict.text, HasSubstr("+1.05 %"));
   }
-  EXPECT_EQ(JudgeAdapter(kFt232h, 3'000'000).text, "");
-  EXPECT_EQ(JudgeAdapter(kFt232h, 19'200).text, "");
+  EXPECT_EQ(CheckAdapter(kFt232h, 3'000'000).text, "");
+  EXPECT_EQ(CheckAdapter(kFt232h, 19'200).text, "");
 }
 
 // Silicon Labs AN205 and Linux cp210x: 24 MHz / n. WCH CH340 data sheet: up to 2 Mbaud.
-TEST(JudgeAdapter, OtherChipsThatCannotDoTheRate) {
-  const AdapterVerdict silabs = JudgeAdapter({0x10C4, 0xEA60, 0x0100}, kTFormat);
+TEST(CheckAdapter, OtherChipsThatCannotDoTheRate) {
+  const AdapterVerdict silabs = CheckAdapter({0x10C4, 0xEA60, 0x0100}, kTFormat);
   EXPECT_FALSE(silabs.fits);
   EXPECT_THAT(silabs.text, HasSubstr("2.4 Mbaud"));
-  EXPECT_EQ(JudgeAdapter({0x10C4, 0xEA60, 0x0100}, 115'200).text, "");
-  const AdapterVerdict wch = JudgeAdapter({0x1A86, 0x7523, 0x0264}, kTFormat);
+  EXPECT_EQ(CheckAdapter({0x10C4, 0xEA60, 0x0100}, 115'200).text, "");
+  const AdapterVerdict wch = CheckAdapter({0x1A86, 0x7523, 0x0264}, kTFormat);
   EXPECT_FALSE(wch.fits);
   EXPECT_THAT(wch.text, HasSubstr("2 Mbaud"));
-  EXPECT_TRUE(JudgeAdapter({0x1A86, 0x7523, 0x0264}, 9'600).fits);
+  EXPECT_TRUE(CheckAdapter({0x1A86, 0x7523, 0x0264}, 9'600).fits);
 }
 
-TEST(JudgeAdapter, AnUnknownChipIsNamedWhereItMatters) {
-  const AdapterVerdict verdict = JudgeAdapter({0x1234, 0xABCD, 0x0100}, kTFormat);
+TEST(CheckAdapter, AnUnknownChipIsNamedWhereItMatters) {
+  const AdapterVerdict verdict = CheckAdapter({0x1234, 0xABCD, 0x0100}, kTFormat);
   EXPECT_TRUE(verdict.fits);
   EXPECT_THAT(verdict.text, HasSubstr("1234:abcd is not known here"));
-  EXPECT_EQ(JudgeAdapter({0x1234, 0xABCD, 0x0100}, 115'200).text, "");
+  EXPECT_EQ(CheckAdapter({0x1234, 0xABCD, 0x0100}, 115'200).text, "");
 }
 
 class SysfsTest : public ::testing::Test {
@@ -105,7 +105,7 @@ TEST_F(SysfsTest, APortThatIsNoUsbAdapterHasNeither) {
 }
 
 TEST_F(SysfsTest, SetsTheTimerToOneMillisecond) {
-  EXPECT_EQ(ShortenLatency(port_ / "latency_timer"), "");
+  EXPECT_EQ(ErrorText(ShortenLatency(port_ / "latency_timer")), "");
   int value = 0;
   std::ifstream(port_ / "latency_timer") >> value;
   EXPECT_EQ(value, 1);
@@ -114,11 +114,12 @@ TEST_F(SysfsTest, SetsTheTimerToOneMillisecond) {
 TEST_F(SysfsTest, TellsTheLineWhereItMayNot) {
   const std::filesystem::path timer = port_ / "latency_timer";
   std::filesystem::remove(timer);
-  EXPECT_THAT(ShortenLatency(timer / "absent"),
+  EXPECT_THAT(ErrorText(ShortenLatency(timer / "absent")),
               HasSubstr("echo 1 > /sys/bus/usb-serial/devices/latency_timer/latency_timer"));
   std::filesystem::create_symlink("/proc/sys/kernel/ostype", timer);  // read-only for everybody
-  EXPECT_THAT(ShortenLatency(timer), HasSubstr("echo 1 > /sys/bus/usb-serial/devices/ttyUSB0/latency_timer"));
-  EXPECT_THAT(ShortenLatency(timer), HasSubstr("udev"));
+  EXPECT_THAT(ErrorText(ShortenLatency(timer)),
+              HasSubstr("echo 1 > /sys/bus/usb-serial/devices/ttyUSB0/latency_timer"));
+  EXPECT_THAT(ErrorText(ShortenLatency(timer)), HasSubstr("udev"));
 }
 
 }  // namespace

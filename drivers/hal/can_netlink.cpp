@@ -10,12 +10,14 @@
 #include <cerrno>
 #include <cstring>
 #include <string_view>
-#include <vector>
 
 namespace axlecast {
 namespace {
 
-// The structure that `bytes` begin with; zeros when they are too few.
+// libnl-route-3 does not replace this code: it allocates an object for each query, which a bus thread must not do, and it does
+// not read IFLA_PARENT_DEV_NAME.
+
+// Returns the structure at the begin of `bytes`; zeros if there are too few bytes.
 template <typename T>
 T Load(Bytes bytes) {
   T value{};
@@ -27,8 +29,7 @@ constexpr unsigned kTypeMask = 0x3FFF;  // NLA_TYPE_MASK
 
 constexpr std::size_t Aligned(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
-// The attributes that follow one another in `bytes`, calling handle(type, value) for each; ends at the first that does
-// not fit.
+// Calls handle(type, value) for each attribute in `bytes`. Ends at the first one that does not fit.
 template <typename Handle>
 void ForEachAttribute(Bytes bytes, Handle handle) {
   while (bytes.size() >= sizeof(rtattr)) {
@@ -58,14 +59,14 @@ CanController::State StateOf(std::uint32_t state) {
   }
 }
 
-void TakeMode(std::uint32_t flags, CanInterface& interface) {
+void ReadMode(std::uint32_t flags, CanInterface& interface) {
   interface.listen_only = (flags & CAN_CTRLMODE_LISTENONLY) != 0;
   interface.loopback = (flags & CAN_CTRLMODE_LOOPBACK) != 0;
   interface.one_shot = (flags & CAN_CTRLMODE_ONE_SHOT) != 0;
   interface.presume_ack = (flags & CAN_CTRLMODE_PRESUME_ACK) != 0;
 }
 
-void TakeCanAttribute(unsigned type, Bytes value, CanInterface& interface) {
+void ReadCanAttribute(unsigned type, Bytes value, CanInterface& interface) {
   switch (type) {
     case IFLA_CAN_BITTIMING:
       interface.bitrate = Load<can_bittiming>(value).bitrate;
@@ -82,49 +83,37 @@ void TakeCanAttribute(unsigned type, Bytes value, CanInterface& interface) {
       interface.rec = Load<can_berr_counter>(value).rxerr;
       break;
     case IFLA_CAN_CTRLMODE:
-      TakeMode(Load<can_ctrlmode>(value).flags, interface);
+      ReadMode(Load<can_ctrlmode>(value).flags, interface);
       break;
     default:
       break;
   }
 }
 
-bool NamesCan(Bytes kind) {
+bool IsCan(Bytes kind) {
   const std::string_view text(reinterpret_cast<const char*>(kind.data()), kind.size());
   return text.substr(0, text.find('\0')) == "can";
 }
 
-void TakeLinkInfo(Bytes info, CanInterface& interface) {
+void ReadLinkInfo(Bytes info, CanInterface& interface) {
   Bytes data;
   ForEachAttribute(info, [&](unsigned type, Bytes value) {
-    if (type == IFLA_INFO_KIND) interface.is_controller = NamesCan(value);
+    if (type == IFLA_INFO_KIND) interface.is_controller = IsCan(value);
     if (type == IFLA_INFO_DATA) data = value;
   });
-  // The settings of another kind (vxcan, a bridge) have other numbers.
+  // The data of another kind (vxcan, a bridge) has other attributes.
   if (!interface.is_controller) return;
-  ForEachAttribute(data, [&](unsigned type, Bytes value) { TakeCanAttribute(type, value, interface); });
+  ForEachAttribute(data, [&](unsigned type, Bytes value) { ReadCanAttribute(type, value, interface); });
 }
 
-// A question about the one interface of this name.
-struct Question {
-  nlmsghdr header{};
-  ifinfomsg info{};
-  rtattr name_header{};
-  std::array<char, IFNAMSIZ> name{};
-  rtattr mask_header{};
-  std::uint32_t mask = RTEXT_FILTER_SKIP_STATS;
-};
-static_assert(sizeof(Question) == 16 + 16 + 4 + 16 + 4 + 4, "as netlink lays it out");
-
-// An order about an interface, put together attribute by attribute; the kernel acknowledges it.
-class DriverCommand {
+// Composes a request about an interface, attribute by attribute.
+class Request {
  public:
-  DriverCommand(std::uint16_t type, int index, std::uint32_t sequence) {
+  // `flags`: of nlmsghdr, in addition to NLM_F_REQUEST.
+  Request(std::uint16_t type, unsigned flags, int index) {
     header_.nlmsg_type = type;
-    header_.nlmsg_flags = NLM_F_REQUEST | NLM_F_ACK;
-    header_.nlmsg_seq = sequence;
+    header_.nlmsg_flags = static_cast<std::uint16_t>(NLM_F_REQUEST | flags);
     info_.ifi_index = index;
-    bytes_.resize(sizeof header_ + sizeof info_);
   }
 
   void SetFlags(unsigned flags, unsigned mask) {
@@ -133,35 +122,40 @@ class DriverCommand {
   }
   void Put(unsigned type, const void* value, std::size_t size) {
     const std::size_t at = Begin(type);
-    const auto* bytes = static_cast<const std::uint8_t*>(value);
-    bytes_.insert(bytes_.end(), bytes, bytes + size);
+    Append(value, size);
     End(at);
   }
-  // An attribute that holds those that follow, until End.
+  // Begins an attribute that contains the attributes that follow, until End.
   [[nodiscard]] std::size_t Begin(unsigned type) {
-    const std::size_t at = bytes_.size();
+    const std::size_t at = size_;
     const rtattr header{.rta_len = 0, .rta_type = static_cast<std::uint16_t>(type)};
-    const auto* bytes = reinterpret_cast<const std::uint8_t*>(&header);
-    bytes_.insert(bytes_.end(), bytes, bytes + sizeof header);
+    Append(&header, sizeof header);
     return at;
   }
   void End(std::size_t at) {
-    const auto size = static_cast<std::uint16_t>(bytes_.size() - at);
-    std::memcpy(bytes_.data() + at, &size, sizeof size);  // rta_len
-    bytes_.resize(Aligned(bytes_.size()));
+    const auto size = static_cast<std::uint16_t>(size_ - at);
+    std::memcpy(&bytes_[at], &size, sizeof size);  // rta_len
+    size_ = Aligned(size_);
   }
 
-  [[nodiscard]] Bytes bytes() {
-    header_.nlmsg_len = static_cast<std::uint32_t>(bytes_.size());
+  [[nodiscard]] Bytes Finish(std::uint32_t sequence) {
+    header_.nlmsg_len = static_cast<std::uint32_t>(size_);
+    header_.nlmsg_seq = sequence;
     std::memcpy(bytes_.data(), &header_, sizeof header_);
-    std::memcpy(bytes_.data() + sizeof header_, &info_, sizeof info_);
-    return bytes_;
+    std::memcpy(&bytes_[sizeof header_], &info_, sizeof info_);
+    return Bytes(bytes_).first(size_);
   }
 
  private:
+  void Append(const void* value, std::size_t size) {
+    std::memcpy(&bytes_[size_], value, size);
+    size_ += size;
+  }
+
   nlmsghdr header_{};
   ifinfomsg info_{};
-  std::vector<std::uint8_t> bytes_;
+  std::array<std::uint8_t, 256> bytes_{};
+  std::size_t size_ = sizeof header_ + sizeof info_;
 };
 
 }  // namespace
@@ -181,7 +175,7 @@ CanInterfaceReply ParseCanInterface(Bytes reply) {
   interface.is_can = info.ifi_type == ARPHRD_CAN;
   interface.up = (info.ifi_flags & IFF_UP) != 0;
   ForEachAttribute(body.subspan(sizeof info), [&](unsigned type, Bytes value) {
-    if (type == IFLA_LINKINFO) TakeLinkInfo(value, interface);
+    if (type == IFLA_LINKINFO) ReadLinkInfo(value, interface);
     if (type == IFLA_PARENT_DEV_NAME) interface.restarts = true;
   });
   if (!interface.up) interface.state = CanController::State::kStopped;
@@ -195,29 +189,14 @@ Result<> CanNetlink::Open() {
                  "; let this program use AF_NETLINK (systemd: RestrictAddressFamilies)");
 }
 
-int CanNetlink::Send(const std::string& interface) {
-  Question question;
-  if (interface.empty() || interface.size() >= question.name.size()) return ENODEV;
-  question.header.nlmsg_len = sizeof question;
-  question.header.nlmsg_type = RTM_GETLINK;
-  question.header.nlmsg_flags = NLM_F_REQUEST;
-  question.header.nlmsg_seq = ++sequence_;
-  question.name_header = {sizeof(rtattr) + IFNAMSIZ, IFLA_IFNAME};
-  interface.copy(question.name.data(), interface.size());
-  question.mask_header = {sizeof(rtattr) + sizeof question.mask, IFLA_EXT_MASK};
-  return SendBytes(&question, sizeof question);
-}
-
-int CanNetlink::SendBytes(const void* bytes, std::size_t size) {
+tl::expected<Bytes, int> CanNetlink::Exchange(Bytes request) {
   sockaddr_nl kernel{};
   kernel.nl_family = AF_NETLINK;
-  const ssize_t sent =
-      sendto(socket_.get(), bytes, size, 0, reinterpret_cast<const sockaddr*>(&kernel), sizeof kernel);
-  return sent < 0 ? errno : 0;
-}
-
-tl::expected<Bytes, int> CanNetlink::Receive() {
-  // The kernel answers before the send returns.
+  if (sendto(socket_.get(), request.data(), request.size(), 0, reinterpret_cast<const sockaddr*>(&kernel),
+             sizeof kernel) < 0) {
+    return tl::unexpected(errno);
+  }
+  // The kernel answers before sendto returns.
   while (true) {
     const ssize_t size = recv(socket_.get(), reply_.data(), reply_.size(), MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0 && errno == EINTR) continue;
@@ -229,8 +208,12 @@ tl::expected<Bytes, int> CanNetlink::Receive() {
 }
 
 CanInterfaceReply CanNetlink::Ask(const std::string& interface) {
-  if (const int error = Send(interface); error != 0) return tl::unexpected(error);
-  return Receive().and_then(ParseCanInterface);
+  if (interface.empty() || interface.size() >= IFNAMSIZ) return tl::unexpected(ENODEV);
+  constexpr std::uint32_t kMask = RTEXT_FILTER_SKIP_STATS;
+  Request request(RTM_GETLINK, 0, 0);
+  request.Put(IFLA_IFNAME, interface.c_str(), interface.size() + 1);
+  request.Put(IFLA_EXT_MASK, &kMask, sizeof kMask);
+  return Exchange(request.Finish(++sequence_)).and_then(ParseCanInterface);
 }
 
 // ---- changes ----
@@ -239,28 +222,27 @@ int CanNetlink::Configure(const CanInterface& interface, std::int64_t bitrate, b
   can_ctrlmode mode{};
   mode.mask = CAN_CTRLMODE_LISTENONLY;
   mode.flags = listen_only ? CAN_CTRLMODE_LISTENONLY : 0;
-  can_bittiming timing{};  // the kernel works out the rest
+  can_bittiming timing{};  // the kernel computes the other fields
   timing.bitrate = static_cast<std::uint32_t>(bitrate);
-  DriverCommand order(RTM_NEWLINK, interface.index, ++sequence_);
-  const std::size_t info = order.Begin(IFLA_LINKINFO);
-  order.Put(IFLA_INFO_KIND, "can", 3);
-  const std::size_t data = order.Begin(IFLA_INFO_DATA);
-  order.Put(IFLA_CAN_CTRLMODE, &mode, sizeof mode);
-  if (bitrate > 0) order.Put(IFLA_CAN_BITTIMING, &timing, sizeof timing);
-  order.End(data);
-  order.End(info);
-  return Do(order.bytes());
+  Request request(RTM_NEWLINK, NLM_F_ACK, interface.index);
+  const std::size_t info = request.Begin(IFLA_LINKINFO);
+  request.Put(IFLA_INFO_KIND, "can", 3);
+  const std::size_t data = request.Begin(IFLA_INFO_DATA);
+  request.Put(IFLA_CAN_CTRLMODE, &mode, sizeof mode);
+  if (bitrate > 0) request.Put(IFLA_CAN_BITTIMING, &timing, sizeof timing);
+  request.End(data);
+  request.End(info);
+  return Change(request.Finish(++sequence_));
 }
 
 int CanNetlink::Switch(const CanInterface& interface, bool up) {
-  DriverCommand order(RTM_NEWLINK, interface.index, ++sequence_);
-  order.SetFlags(up ? IFF_UP : 0, IFF_UP);
-  return Do(order.bytes());
+  Request request(RTM_NEWLINK, NLM_F_ACK, interface.index);
+  request.SetFlags(up ? IFF_UP : 0, IFF_UP);
+  return Change(request.Finish(++sequence_));
 }
 
-int CanNetlink::Do(Bytes order) {
-  if (const int error = SendBytes(order.data(), order.size()); error != 0) return error;
-  const tl::expected<Bytes, int> reply = Receive();
+int CanNetlink::Change(Bytes request) {
+  const tl::expected<Bytes, int> reply = Exchange(request);
   if (!reply) return reply.error();
   if (Load<nlmsghdr>(*reply).nlmsg_type != NLMSG_ERROR || reply->size() < sizeof(nlmsghdr) + sizeof(nlmsgerr)) {
     return EBADMSG;

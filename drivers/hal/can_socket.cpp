@@ -13,17 +13,14 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
-#include <optional>
 #include <utility>
 
-#include "core/device/can.h"
-#include "core/device/link.h"
 #include "drivers/hal/line_guard.h"
 
 namespace axlecast {
 namespace {
 
-// A wider reading of the two clocks was interrupted; it is tried again a few times.
+// If reading the two clocks took longer, it was interrupted, and is repeated a few times.
 constexpr MonoNs kNarrow = 5 * kMicrosecond;
 constexpr int kTries = 4;
 
@@ -36,13 +33,13 @@ constexpr std::size_t kReceiveErrors = 7;
 constexpr unsigned kErrorTypes = CAN_ERR_PROT_BIT | CAN_ERR_PROT_FORM | CAN_ERR_PROT_STUFF | CAN_ERR_PROT_BIT0 |
                                  CAN_ERR_PROT_BIT1 | CAN_ERR_PROT_OVERLOAD;
 
-// Many drivers (sja1000, m_can, c_can) tell a missing acknowledge only by where the protocol was violated.
+// Many drivers (sja1000, m_can, c_can) report a missing acknowledge only as the location of a protocol error.
 bool Unacknowledged(std::uint32_t classes, unsigned type, unsigned location) {
   if ((classes & CAN_ERR_ACK) != 0) return true;
   return (classes & CAN_ERR_PROT) != 0 && location == CAN_ERR_PROT_LOC_ACK && (type & kErrorTypes) == 0;
 }
 
-// A room for frames was full: some drivers (slcan) give such a frame the class of bus errors too, without any.
+// A buffer was full. Some drivers (slcan) also set the class of bus errors in such a frame, without an error.
 bool OnlyOverflow(unsigned status, unsigned type, unsigned location) {
   return (status & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0 && type == 0 && location == 0;
 }
@@ -55,7 +52,7 @@ constexpr std::int64_t kTopBitrate = 1'000'000;
 constexpr std::int64_t kShortestFrame = 47;
 // What the kernel charges a socket for one received frame (skb truesize on 64 bits).
 constexpr std::int64_t kFrameCost = 768;
-// A driver that computes or waits for so long must not lose frames of a full bus.
+// A driver that is busy for this time must not lose frames of a full bus.
 constexpr std::int64_t kMinRoomMs = 100;
 // The bit rates of a bus's nodes may differ by some 0.5 %.
 constexpr std::int64_t kBitrateShare = 200;
@@ -113,7 +110,7 @@ can_filter Exactly(std::uint32_t id) {
   return {id, CAN_EFF_FLAG | CAN_RTR_FLAG | bits};
 }
 
-// What recvmsg tells beside a frame.
+// What recvmsg returns in addition to a frame.
 struct Extras {
   std::optional<std::int64_t> stamp;   // ns UNIX
   std::optional<std::uint32_t> drops;  // since the socket was made
@@ -167,7 +164,7 @@ Interval CanArrival::At(std::optional<std::int64_t> stamp) {
   const Interval unstamped{std::max(floor_, empty_), offset.now};
   if (!stamp || stepped) return unstamped;
   const Interval at{*stamp - offset.maximum, *stamp - offset.minimum};
-  // What lies outside altogether was stamped by a clock that was stepped since, and back.
+  // Outside: the clock was stepped after the timestamp, and stepped back.
   if (at.last < floor_ || at.first > offset.now) return unstamped;
   floor_ = std::max(at.first, floor_);
   return {floor_, std::min(at.last, offset.now)};
@@ -199,8 +196,6 @@ CanSocket::CanSocket(CanSettings settings, const Clock& clock)
     : settings_(std::move(settings)), waiter_(clock), arrival_(clock) {
   own_ids_.reserve(CAN_RAW_FILTER_MAX);
 }
-
-CanSocket::~CanSocket() = default;
 
 Result<> CanSocket::Open() {
   Close();
@@ -272,7 +267,7 @@ Result<> CanSocket::CheckInterface(const CanInterface& interface) {
   return {};
 }
 
-// An abstract name belongs to a network namespace, as interfaces do, and goes with the process.
+// An abstract name belongs to a network namespace, like an interface, and ends with the process.
 Result<> CanSocket::Claim() {
   if (!settings_.sole) return {};
   const std::string name = CanLockName(settings_.interface);
@@ -303,7 +298,7 @@ Result<> CanSocket::Configure() {
 void CanSocket::MakeRoom() {
   const std::int64_t bitrate = settings_.bitrate > 0 ? settings_.bitrate : kTopBitrate;
   const std::int64_t second = bitrate / kShortestFrame * kFrameCost;
-  // The kernel doubles what is asked for. FORCE needs a right; without it net.core.rmem_max limits.
+  // The kernel doubles the value. FORCE requires a privilege; without it, net.core.rmem_max limits the size.
   const int half = static_cast<int>(second / 2);
   if (!SetOption(socket_.get(), SOL_SOCKET, SO_RCVBUFFORCE, half)) {
     static_cast<void>(SetOption(socket_.get(), SOL_SOCKET, SO_RCVBUF, half));
@@ -320,7 +315,7 @@ void CanSocket::MakeRoom() {
 bool CanSocket::ApplyFilters() {
   std::array<can_filter, CAN_RAW_FILTER_MAX> filters{};
   const std::size_t count = settings_.filters.size() + own_ids_.size();
-  // Without filters of its own, or with too many, it hears everything; Wanted looks again.
+  // Without filters, or with too many, the kernel passes all frames, and IsSelected selects.
   if (settings_.filters.empty() || count > filters.size()) {
     return setsockopt(socket_.get(), SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(), sizeof filters[0]) == 0;
   }
@@ -331,21 +326,21 @@ bool CanSocket::ApplyFilters() {
                     static_cast<socklen_t>(count * sizeof filters[0])) == 0;
 }
 
-// Own frames come back through the same filters. False when the kernel does not take them.
-bool CanSocket::HearOwn(std::uint32_t id) {
-  if (Wanted(id) || own_ids_.size() == own_ids_.capacity()) return true;
+// Own frames pass the same filters. Returns false if the kernel does not accept the filters.
+bool CanSocket::ReceiveOwn(std::uint32_t id) {
+  if (IsSelected(id) || own_ids_.size() == own_ids_.capacity()) return true;
   if (std::find(own_ids_.begin(), own_ids_.end(), id) != own_ids_.end()) return true;
   own_ids_.push_back(id);
   return ApplyFilters();
 }
 
-bool CanSocket::Wanted(std::uint32_t id) const {
+bool CanSocket::IsSelected(std::uint32_t id) const {
   return settings_.filters.empty() || std::any_of(settings_.filters.begin(), settings_.filters.end(),
                                                   [id](const CanFilter& filter) { return Passes(filter, id); });
 }
 
 FrameLink::SendResult CanSocket::Send(const CanFrame& frame) {
-  if (!IsOpen() || !HearOwn(frame.id)) return SendResult::kLost;
+  if (!IsOpen() || !ReceiveOwn(frame.id)) return SendResult::kLost;
   const can_frame raw = ToKernel(frame);
   while (write(socket_.get(), &raw, sizeof raw) < 0) {
     if (errno == EINTR) continue;
@@ -377,11 +372,11 @@ FrameLink::Status CanSocket::Receive(Received& received) {
     if (size < 0) return Status::kLost;
     const Extras extras = ReadExtras(message);
     if (extras.drops) counts_.dropped += *extras.drops - std::exchange(drops_seen_, *extras.drops);
-    if (size != sizeof raw) continue;  // CAN FD is not asked for
+    if (size != sizeof raw) continue;  // CAN FD is not enabled
     received = {
         .frame = FromKernel(raw), .at = arrival_.At(extras.stamp), .own = (message.msg_flags & MSG_CONFIRM) != 0};
     Account(received);
-    if (received.own || (raw.can_id & kCanError) != 0 || Wanted(raw.can_id)) return Status::kOk;
+    if (received.own || (raw.can_id & kCanError) != 0 || IsSelected(raw.can_id)) return Status::kOk;
   }
 }
 

@@ -14,20 +14,19 @@
 
 namespace axlecast {
 
-// When frames arrived, on CLOCK_MONOTONIC, from the UNIX time (CLOCK_REALTIME) at which the kernel stamped them.
+// Converts the kernel's timestamps of frames (UNIX time, CLOCK_REALTIME) to CLOCK_MONOTONIC.
 //
-// Both clocks are read when a frame is handed over. Between the stamp and that, UNIX time may have been stepped: then,
-// and where the kernel gave no stamp, all that is said of a frame is that it came after the one before it, after the
-// queue was last empty, and before now.
+// Both clocks are read when a frame is read. If UNIX time was stepped since the timestamp, or if there is no timestamp, the
+// interval is wide: after the frame before, after the queue was last empty, and before now.
 class CanArrival {
  public:
   explicit CanArrival(const Clock& clock) : clock_(clock) {}
 
-  // The link was opened: nothing arrived before.
+  // Call it when the link was opened: nothing arrived before.
   void Start();
-  // Nothing waits to be handed over.
+  // Call it when no frame waits.
   void Empty() { empty_ = clock_.Now(); }
-  // Of frames in the order of their arrival. `stamp`: ns UNIX, nothing when the kernel gave none.
+  // Returns the arrival time of the next frame, in the order of arrival. `stamp`: ns UNIX, or nothing without a timestamp.
   [[nodiscard]] Interval At(std::optional<std::int64_t> stamp);
 
  private:
@@ -41,65 +40,61 @@ class CanArrival {
 
   const Clock& clock_;
   Offset before_;     // at the frame before
-  MonoNs floor_ = 0;  // no frame to come has arrived before it
-  MonoNs empty_ = 0;  // nor was in the queue; its stamp may be some us older
+  MonoNs floor_ = 0;  // later frames did not arrive before it
+  MonoNs empty_ = 0;  // the queue was empty; a timestamp may be some us older
 };
 
-// Adds to `controller` what one error frame of Linux (linux/can/error.h) reports: bus-offs, restarts, errors of the
-// protocol, missing acknowledges, frames without room, and the error counters where the frame holds them. Touches nothing for a
-// frame without kCanError. What a frame holds depends on the controller's driver: bit errors and missing acknowledges
-// come only from those that report them, some after `ip link set can0 type can berr-reporting on`.
+// Adds the content of an error frame of Linux (linux/can/error.h) to `controller`: bus-offs, restarts, protocol errors, missing
+// acknowledges, overflows, and the error counters if the frame contains them. Ignores a frame without kCanError. The content
+// depends on the driver of the controller: some report bit errors and missing acknowledges only after `ip link set can0 type
+// can berr-reporting on`.
 void CountCanError(const CanFrame& frame, CanController& controller);
 
 struct CanSettings {
   std::string interface;     // can0
-  std::int64_t bitrate = 0;  // what it must run at, where it tells; 0: anything
-  CanFilters filters;        // what to hear; none: everything
-  bool sole = true;          // keeps a second one of ours off the interface; simulators go beside a driver
+  std::int64_t bitrate = 0;  // required bit rate, if the interface reports it; 0: any
+  CanFilters filters;        // frames to receive; none: all
+  bool sole = true;          // lock the interface against a second driver; simulators do not
 };
 
-// A CAN interface of Linux (SocketCAN). Any number of other programs may listen to it and send on it meanwhile; a
-// second driver may not. The bus's settings are the interface's: setting them needs rights that a driver has not, so
-// Open checks them and says what the operator must type. One thread uses it; Wake may be called from any.
+// A CAN interface of Linux (SocketCAN). Other programs may use it at the same time, except a second driver. A driver may not
+// change the settings of the interface, so Open checks them, and its error contains what the operator must type. Used by one
+// thread, except Wake.
 //
-// Receive hands over what passes the filters, every error frame, and own frames once some node has acknowledged them.
+// Receive returns frames that pass the filters, all error frames, and own frames when a node has acknowledged them.
 //
-// A frame that nobody acknowledges is not lost: the controller repeats it until somebody does, also when this link, or
-// its process, is gone. So an order to zero that is queued now may be carried out minutes later, when the cable is
-// plugged in. No right of ours can take it back; only these do:
-//  - the interface goes down (`ip link set can0 down`, as root): all that is queued is dropped;
-//  - a bus-off: the controller's and the interface's queue are dropped, and what is sent until the restart as well.
-//    But the missing acknowledge alone never leads to a bus-off (ISO 11898-1: the counter stays at 128);
-//  - `ip link set can0 type can one-shot on`, beforehand: each frame is tried once, so one that loses arbitration is
+// A frame that no node acknowledges is not lost: the controller repeats it until a node does, even if this link or its process
+// has ended. A command to set zero may therefore be executed minutes later, when the cable is plugged in. Only these drop it:
+//  - the interface is set down (`ip link set can0 down`, as root);
+//  - a bus-off, which drops the queues, and what is sent until the restart. A missing acknowledge alone never leads to a
+//    bus-off (ISO 11898-1: the counter stays at 128);
+//  - `ip link set can0 type can one-shot on`, set before: each frame is sent once, so a frame that loses arbitration is
 //    dropped too.
-// So: send what changes a device only when a node has just been heard, and as long as it is not confirmed hold it for
-// still possible. Controller().pending says how many there are.
+// Therefore: send a frame that changes a device only if a node was received just before, and assume that it can still be
+// executed until it is confirmed. Controller().pending is the number of such frames.
 //
-// "Acknowledged" is what the interface's driver says of it. Some adapters (serial ones at slcan) say so as soon as they
-// have taken the frame; of them only the device's own answer tells.
+// The driver of the interface reports the acknowledge. Some adapters (serial ones with slcan) report it as soon as they have
+// accepted the frame. Then only an answer of the device is a confirmation.
 class CanSocket final : public FrameLink {
  public:
   CanSocket(CanSettings settings, const Clock& clock);
-  ~CanSocket() override;
-  CanSocket(const CanSocket&) = delete;
-  CanSocket& operator=(const CanSocket&) = delete;
 
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return waiter_.IsAttached(); }
-  // Readable when Receive has something; -1: closed.
+  // Readable when Receive has a frame; -1: closed.
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override;
   [[nodiscard]] Status Receive(Received& received) override;
   [[nodiscard]] Status Wait(MonoNs until) override { return waiter_.Wait(until); }
   void Wake() override { waiter_.Wake(); }
-  // Of a closed link nothing is known.
+  // All values are unknown if the link is closed.
   [[nodiscard]] CanController Controller() override;
   [[nodiscard]] LineErrors Errors() const override {
     return {.framing = counts_.bus_errors, .dropped = counts_.dropped + counts_.overruns};
   }
 
-  // What the last successful Open found wanting, each with its remedy.
+  // Warnings of the last successful Open, each with its remedy.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -109,8 +104,8 @@ class CanSocket final : public FrameLink {
   [[nodiscard]] Result<> Configure();
   [[nodiscard]] bool ApplyFilters();
   void MakeRoom();
-  [[nodiscard]] bool HearOwn(std::uint32_t id);
-  [[nodiscard]] bool Wanted(std::uint32_t id) const;
+  [[nodiscard]] bool ReceiveOwn(std::uint32_t id);
+  [[nodiscard]] bool IsSelected(std::uint32_t id) const;
   void Account(const Received& received);
 
   CanSettings settings_;
@@ -119,10 +114,10 @@ class CanSocket final : public FrameLink {
   CanNetlink netlink_;
   Descriptor lock_;
   Descriptor socket_;
-  std::vector<std::uint32_t> own_ids_;  // sent so far: the kernel's filters let them come back
+  std::vector<std::uint32_t> own_ids_;  // sent so far: the filters of the kernel pass them
   bool one_shot_ = false;
-  CanController counts_;          // since Open; the rest of it is asked for
-  std::uint32_t drops_seen_ = 0;  // as the kernel counts, modulo 2^32
+  CanController counts_;          // since Open; the other values are queried
+  std::uint32_t drops_seen_ = 0;  // counter of the kernel, modulo 2^32
   std::vector<std::string> warnings_;
 };
 

@@ -17,7 +17,7 @@ class CanArrivalTest : public ::testing::Test {
  protected:
   CanArrivalTest() { arrival_.Start(); }
 
-  // What CLOCK_REALTIME says now; ns.
+  // The present CLOCK_REALTIME; ns.
   [[nodiscard]] std::int64_t Unix() const {
     return clock_.UtcMicroseconds() * kMicrosecond + clock_.Now() % kMicrosecond;
   }
@@ -144,7 +144,7 @@ TEST(CanErrorTest, AMissingAcknowledgeIsToldInThreeWays) {
     EXPECT_EQ(controller.unacknowledged, 1) << std::hex << frame.id;
     EXPECT_EQ(controller.bus_errors, 0) << std::hex << frame.id;
   }
-  // A bit error in the ACK slot is none.
+  // A bit error in the ACK slot does not count.
   EXPECT_EQ(Counted(ErrorFrame(0x88, {0, 0, 0x01, 0x19})).unacknowledged, 0);
   EXPECT_EQ(Counted(ErrorFrame(0x88, {0, 0, 0x01, 0x19})).bus_errors, 1);
 }

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <string>
 #include <system_error>
 
 #include "drivers/hal/pty.h"
@@ -36,7 +35,7 @@ dev_t ControllingTerminal(const std::string& stat_line) {
   return number == 0 ? 0 : makedev((number >> 8U) & 0xFFFU, (number & 0xFFU) | ((number >> 12U) & 0xFFF00U));
 }
 
-// Whether the process sees another set of ptys. One that may not be looked at counts as seeing the same.
+// Returns true if the process has other ptys (in a container). A process that cannot be inspected is assumed to have the same.
 bool HasOtherPtys(const fs::path& process, dev_t terminal, dev_t file_system) {
   if (file_system == 0) return false;
   struct stat status {};
@@ -44,25 +43,32 @@ bool HasOtherPtys(const fs::path& process, dev_t terminal, dev_t file_system) {
   return stat(node.c_str(), &status) == 0 && status.st_dev != file_system;
 }
 
-// Returns a process that has this terminal as its controlling terminal: "bash, process 4711". Empty when there is none
-// that this process can see: a process of the same user is always seen, one of another process namespace never.
-// `file_system` is that of a pseudo-terminal's node, for each container can have ptys of its own with the same
-// numbers; 0: any.
-std::string SessionOn(dev_t terminal, dev_t file_system) {
+// Returns the first process for which has(folder of the process in /proc) is true: "bash, process 4711"; no text without
+// such a process. Processes of the same user are always visible, processes of another process namespace never.
+template <typename Has>
+std::string FindProcess(const Has& has) {
   std::error_code error;
   for (fs::directory_iterator process("/proc", error), end; !error && process != end; process.increment(error)) {
     const std::string id = process->path().filename().string();
-    if (!IsProcess(id)) continue;
-    std::string line;
-    std::getline(std::ifstream(process->path() / "stat"), line);
-    if (ControllingTerminal(line) != terminal || HasOtherPtys(process->path(), terminal, file_system)) continue;
-    const std::size_t begin = line.find('(') + 1;
-    return line.substr(begin, line.rfind(')') - begin) + ", process " + id;
+    if (!IsProcess(id) || !has(process->path())) continue;
+    std::string name;
+    std::getline(std::ifstream(process->path() / "comm"), name);
+    return name + ", process " + id;
   }
   return "";
 }
 
-// Refuses the terminal of a session; `who` is empty if there is none.
+// Returns a process whose controlling terminal is `terminal`. `file_system` is that of the node of a pseudo-terminal, because
+// each container can have its own ptys with the same numbers; 0: any.
+std::string SessionOn(dev_t terminal, dev_t file_system) {
+  return FindProcess([&](const fs::path& process) {
+    std::string line;
+    std::getline(std::ifstream(process / "stat"), line);
+    return ControllingTerminal(line) == terminal && !HasOtherPtys(process, terminal, file_system);
+  });
+}
+
+// Refuses the terminal of a session; `who` is empty without a session.
 Result<> RefuseSession(const std::string& path, const std::string& who) {
   if (who.empty()) return {};
   return Failure(path + " is the terminal that " + who +
@@ -70,23 +76,15 @@ Result<> RefuseSession(const std::string& path, const std::string& who) {
                  "systemctl disable --now serial-getty@PORT)");
 }
 
-// The number of the device behind a path; 0 when it is none.
+// Returns the number of the device behind a path; 0 if it is not a device.
 dev_t DeviceBehind(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return 0;
   return status.st_rdev;
 }
 
-bool HasOpen(const fs::path& process, dev_t device) {
-  std::error_code error;
-  for (fs::directory_iterator file(process / "fd", error), end; !error && file != end; file.increment(error)) {
-    if (DeviceBehind(file->path().string()) == device) return true;
-  }
-  return false;
-}
-
-// proc(5), /proc/net/unix: "0000000000000000: 00000002 00000000 00000000 0002 01 12345 @axlecast-can/can0". What /proc/PID/fd
-// leads to for this socket; empty when nobody has bound the name.
+// proc(5), /proc/net/unix: "0000000000000000: 00000002 00000000 00000000 0002 01 12345 @axlecast-can/can0". Returns the target
+// of the link in /proc/PID/fd for this socket; no text if the name is not bound.
 std::string SocketBoundTo(const std::string& name) {
   std::ifstream sockets("/proc/net/unix");
   for (std::string line; std::getline(sockets, line);) {
@@ -98,28 +96,18 @@ std::string SocketBoundTo(const std::string& name) {
   return "";
 }
 
-bool HasSocket(const fs::path& process, const std::string& socket) {
-  std::error_code error;
-  for (fs::directory_iterator file(process / "fd", error), end; !error && file != end; file.increment(error)) {
-    std::error_code gone;
-    if (fs::read_symlink(file->path(), gone) == socket) return true;
-  }
-  return false;
-}
-
-// "comm, process 4711" of the first other process for which `has` is true.
-template <typename Has>
-std::string FindHolder(const Has& has) {
+// Returns another process that has a file open for which is(path in /proc/PID/fd) is true.
+template <typename Is>
+std::string FindHolder(const Is& is) {
   const std::string own = std::to_string(getpid());
-  std::error_code error;
-  for (fs::directory_iterator process("/proc", error), end; !error && process != end; process.increment(error)) {
-    const std::string id = process->path().filename().string();
-    if (!IsProcess(id) || id == own || !has(process->path())) continue;
-    std::string name;
-    std::getline(std::ifstream(process->path() / "comm"), name);
-    return name + ", process " + id;
-  }
-  return "";
+  return FindProcess([&](const fs::path& process) {
+    if (process.filename() == own) return false;
+    std::error_code error;
+    for (fs::directory_iterator file(process / "fd", error), end; !error && file != end; file.increment(error)) {
+      if (is(file->path())) return true;
+    }
+    return false;
+  });
 }
 
 }  // namespace
@@ -134,21 +122,21 @@ bool IsConsoleDevice(dev_t device) {
 bool IsPtyByNumber(const std::string& path) { return path.starts_with("/dev/pts/"); }
 
 Result<> LineGuard::Before() {
-  judged_ = 0;
+  device_ = 0;
   struct stat status {};
   if (stat(path_.c_str(), &status) != 0 || !S_ISCHR(status.st_mode)) return {};  // open(2) reports why
-  judged_ = status.st_rdev;
-  if (IsPtyDevice(judged_)) return {};
-  if (IsConsoleDevice(judged_)) return Failure(path_ + " is a console and no serial port: correct link.port");
-  return RefuseSession(path_, SessionOn(judged_, 0));
+  device_ = status.st_rdev;
+  if (IsPtyDevice(device_)) return {};
+  if (IsConsoleDevice(device_)) return Failure(path_ + " is a console and no serial port: correct link.port");
+  return RefuseSession(path_, SessionOn(device_, 0));
 }
 
 Result<> LineGuard::After(int line) const {
   struct stat status {};
-  if (fstat(line, &status) != 0 || status.st_rdev != judged_) {
+  if (fstat(line, &status) != 0 || status.st_rdev != device_) {
     return Failure(path_ + " led to another device while it was opened: open it again");
   }
-  if (IsPtyDevice(judged_)) return CheckPty(line, status.st_dev);
+  if (IsPtyDevice(device_)) return CheckPty(line, status.st_dev);
   if (!statement_.simulated) return {};
   return Failure(path_ + " is not the line of a simulator: start it with `axlecast simulate`");
 }
@@ -157,24 +145,27 @@ Result<> LineGuard::CheckPty(int line, dev_t file_system) const {
   const std::uint64_t mark = ReadMark(line);
   if (mark != 0 && mark == MarkOfLink(path_)) return {};
   if (statement_.simulated || !statement_.foreign) {
-    const std::string terminal = "/dev/pts/" + std::to_string(minor(judged_));
+    const std::string terminal = "/dev/pts/" + std::to_string(minor(device_));
     std::string text = path_ + (path_ == terminal ? " is a pseudo-terminal" : " leads to " + terminal) +
                        " that no simulator of ours made for it; start the simulator (`axlecast simulate`)";
-    if (!statement_.simulated) text += ", or say `pty: true` in `link` if another program stands for the device";
+    if (!statement_.simulated) text += ", or set `pty: true` in `link` if another program simulates the device";
     return Failure(text);
   }
-  return RefuseSession(path_, SessionOn(judged_, file_system));
+  return RefuseSession(path_, SessionOn(device_, file_system));
 }
 
 std::string CanLockName(const std::string& interface) { return "axlecast-can/" + interface; }
 
 std::string PortHolder(const std::string& port) {
   if (const dev_t device = DeviceBehind(port); device != 0) {
-    return FindHolder([device](const fs::path& process) { return HasOpen(process, device); });
+    return FindHolder([device](const fs::path& file) { return DeviceBehind(file.string()) == device; });
   }
   const std::string socket = SocketBoundTo(CanLockName(port));
   if (socket.empty()) return "";
-  return FindHolder([&socket](const fs::path& process) { return HasSocket(process, socket); });
+  return FindHolder([&socket](const fs::path& file) {
+    std::error_code gone;
+    return fs::read_symlink(file, gone) == socket;
+  });
 }
 
 }  // namespace axlecast

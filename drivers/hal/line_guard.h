@@ -7,17 +7,17 @@
 
 namespace axlecast {
 
-// What the settings of a port say about pseudo-terminals.
+// Which pseudo-terminals the settings of a port allow.
 struct PtyStatement {
-  bool simulated = false;  // the path is the link of one of our simulators: nothing else may be behind it
-  bool foreign = false;    // the path may lead to a pty of another program, e.g. a simulator of yours (link.pty)
+  bool simulated = false;  // the path must be the link of an axlecast simulator
+  bool foreign = false;    // the path may lead to a pty of another program, e.g. your own simulator (link.pty)
 };
 
-// No driver may take a terminal that is not its line: to set it up and to write requests into it destroys what its user
-// does there. The one check of all programs that open ports; every text names the reason and what to change.
+// Checks that a path leads to a line, and not to the terminal of a user, whose work a driver would destroy. All programs that
+// open ports use it. Every error contains the reason and what to change.
 //
-// `Before` is asked before the port is opened, because to open a port can already act on the line. `After` is asked
-// with the port open and before anything is changed: an open terminal stays the same, whatever happens to its path.
+// Call Before before the port is opened, because opening can already affect the line. Call After with the open port, before it
+// is changed: an open terminal stays the same even if its path changes.
 class LineGuard {
  public:
   LineGuard(std::string path, PtyStatement statement) : path_(std::move(path)), statement_(statement) {}
@@ -30,19 +30,19 @@ class LineGuard {
 
   std::string path_;
   PtyStatement statement_;
-  dev_t judged_ = 0;
+  dev_t device_ = 0;  // that Before has found
 };
 
-// Whether the path is a pty by its number, /dev/pts/N. Somebody who types it for one run means that very terminal.
+// Returns true if the path is a pty by its number, /dev/pts/N: an operator who types it means that terminal.
 [[nodiscard]] bool IsPtyByNumber(const std::string& path);
 
 // Documentation/admin-guide/devices.txt: the Unix98 pty slaves.
 [[nodiscard]] bool IsPtyDevice(dev_t device);
-// From there too: the virtual consoles, and /dev/tty, /dev/console and /dev/ptmx.
+// The same document: the virtual consoles, and /dev/tty, /dev/console and /dev/ptmx.
 [[nodiscard]] bool IsConsoleDevice(dev_t device);
 
 // Returns another process that has this device open, or that drives this CAN interface as its only master:
-// "axlecast-tformat, process 4711". Empty when there is none, or none that this process may see (root sees all).
+// "axlecast-tformat, process 4711". Returns no text if no such process is visible to this one (all are visible to root).
 [[nodiscard]] std::string PortHolder(const std::string& port);
 
 // The abstract name that the driver of a CAN interface binds, without the leading zero byte.

@@ -91,7 +91,7 @@ class LineGuardTest : public ::testing::Test {
   }
 
   // A terminal that has the number of the killed simulator's. The kernel gives the lowest free one; other processes
-  // want numbers too, so the whole is done again until this process got it.
+  // need numbers too, so this is repeated until this process has the number.
   Terminal& TerminalWithStaleNumber() {
     for (int i = 0; i < 100; ++i) {
       const std::string wanted = LeaveStaleLink();
@@ -170,7 +170,7 @@ TEST_F(LineGuardTest, APtyOfAnotherProgramNeedsAStatement) {
   EXPECT_EQ(ErrorText(SerialPort(Settings({.foreign = true}), clock_).Open()), "");
 }
 
-// The statement holds for a program's pty; a person's terminal is refused whatever the file says.
+// The statement is for the pty of a program. The terminal of a person is always refused.
 TEST_F(LineGuardTest, TheControllingTerminalOfASessionIsRefusedEvenSo) {
   const Terminal terminal;
   path_ = terminal.path();

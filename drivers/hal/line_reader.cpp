@@ -2,9 +2,7 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstring>
 
 #include "platform/os/system_clock.h"
 
@@ -12,8 +10,6 @@ namespace axlecast {
 
 using ReadResult = ByteLink::ReadResult;
 using Status = ByteLink::Status;
-
-LineReader::LineReader(const Clock& clock) : clock_(clock) {}
 
 Result<> LineReader::CheckReady() const {
   if (wake_.valid()) return {};
@@ -27,7 +23,7 @@ ReadResult LineReader::Read(std::span<std::uint8_t> into, MonoNs deadline) {
     const int ready = PollUntil({&readable, 1}, deadline, clock_);
     if (ready == 0) return {Status::kTimeout, 0};
     if (ready < 0) return {Status::kLost, 0};
-    // Bytes that came before a hang-up are still there.
+    // Bytes that came before a hang-up can still be read.
     const ReadResult result = ReadNow(into);
     if (result.status != Status::kTimeout) return result;
     if ((readable.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return {Status::kLost, 0};
@@ -46,7 +42,7 @@ ReadResult LineReader::ReadNow(std::span<std::uint8_t> into) {
 }
 
 Status LineReader::Wait(MonoNs until) {
-  std::array<pollfd, 2> lines{{{wake_.FileDescriptor(), POLLIN, 0}, {fd_, POLLIN, 0}}};  // poll passes over fd -1
+  std::array<pollfd, 2> lines{{{wake_.FileDescriptor(), POLLIN, 0}, {fd_, POLLIN, 0}}};  // poll ignores fd -1
   const int ready = PollUntil(lines, until, clock_);
   if (ready < 0) return Status::kLost;
   if ((lines[0].revents & POLLIN) != 0 && wake_.Take()) return Status::kWoken;
@@ -54,8 +50,6 @@ Status LineReader::Wait(MonoNs until) {
   if (lines[1].revents != 0) return Status::kLost;
   return Status::kTimeout;
 }
-
-void LineReader::Wake() { wake_.Set(); }
 
 bool LineReader::WaitWritable(MonoNs deadline) {
   pollfd writable{fd_, POLLOUT, 0};

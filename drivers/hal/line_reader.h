@@ -3,34 +3,37 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <string>
+#include <utility>
 
 #include "core/base/time.h"
+#include "core/device/line_settings.h"
 #include "core/device/link.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
-// Waits on a file descriptor that does not block, and reads from it where it is a raw tty whose VMIN is 1: how every port
-// of this folder hears. One thread uses it; Wake may be called from any.
+// Waits on a non-blocking file descriptor, and reads from it if it is a raw tty whose VMIN is 1. Every port of this folder
+// receives with it. Used by one thread, except Wake.
 class LineReader {
  public:
-  explicit LineReader(const Clock& clock);
+  explicit LineReader(const Clock& clock) : clock_(clock) {}
 
   // Returns an error if no wake-up event could be created.
   [[nodiscard]] Result<> CheckReady() const;
 
-  // From now on reads from `fd`, which others own and outlives the attachment; -1: from nothing.
+  // Reads from `fd` until Detach. The caller owns `fd`, and closes it after Detach.
   void Attach(int fd) { fd_ = fd; }
   void Detach() { fd_ = -1; }
   [[nodiscard]] bool IsAttached() const { return fd_ >= 0; }
 
-  // As ByteLink has them.
+  // See ByteLink.
   [[nodiscard]] ByteLink::ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline);
   [[nodiscard]] ByteLink::ReadResult ReadNow(std::span<std::uint8_t> into);
   [[nodiscard]] ByteLink::Status Wait(MonoNs until);
-  void Wake();
+  void Wake() { wake_.Set(); }
 
-  // False when the line takes no byte before `deadline`, or is gone.
+  // Returns false if the line accepts no byte before `deadline`, or is lost.
   [[nodiscard]] bool WaitWritable(MonoNs deadline);
 
  private:
@@ -39,26 +42,38 @@ class LineReader {
   int fd_ = -1;
 };
 
-// What an SPI transfer has clocked in, until it is read.
-class ClockedIn {
+// An SPI bus: its bytes are clocked in by a transfer, until they are read.
+class ClockedLink : public ByteLink {
  public:
-  // Room for `size` bytes, at most kMaxFrame, that are there to be read from now on; what was not read is dropped.
+  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override {
+    if (!IsOpen()) return {Status::kLost, 0};
+    const std::size_t count = std::min(into.size(), size_ - read_);
+    if (count == 0) return {Status::kTimeout, 0};
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, into.begin());
+    read_ += count;
+    return {Status::kOk, count};
+  }
+  void Wake() override { waiter_.Wake(); }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+ protected:
+  ClockedLink(std::string path, SpiSettings settings, const Clock& clock)
+      : path_(std::move(path)), settings_(settings), clock_(clock), waiter_(clock) {}
+
+  // Returns the place for the next `size` bytes, at most kMaxFrame. Drops what was not read.
   [[nodiscard]] std::span<std::uint8_t> Fill(std::size_t size) {
     read_ = 0;
     size_ = size;
     return std::span(bytes_).first(size);
   }
-  void Drop() { read_ = size_ = 0; }
-  [[nodiscard]] bool empty() const { return read_ == size_; }
+  void DropBytes() { read_ = size_ = 0; }
+  [[nodiscard]] bool HasBytes() const { return read_ < size_; }
 
-  // kOk, or kTimeout when nothing is there.
-  [[nodiscard]] ByteLink::ReadResult Read(std::span<std::uint8_t> into) {
-    const std::size_t count = std::min(into.size(), size_ - read_);
-    if (count == 0) return {ByteLink::Status::kTimeout, 0};
-    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(read_), count, into.begin());
-    read_ += count;
-    return {ByteLink::Status::kOk, count};
-  }
+  const std::string path_;
+  const SpiSettings settings_;  // of every Write
+  const Clock& clock_;
+  LineReader waiter_;
 
  private:
   std::array<std::uint8_t, kMaxFrame> bytes_{};

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kCrcSize = 2;
 constexpr std::size_t kLongestAdu = MODBUS_MAX_PDU_LENGTH + 1 + kCrcSize;
 
-// libmodbus 3.1.6, modbus-rtu.c: _modbus_rtu_connect. Of any other rate it makes 9600 without a word.
+// libmodbus 3.1.6, modbus-rtu.c: _modbus_rtu_connect. It replaces any other rate by 9600 without an error.
 constexpr std::int64_t kRates[] = {110,       300,       600,       1'200,     2'400,     4'800,
                                    9'600,     19'200,    38'400,    57'600,    115'200,   230'400,
                                    460'800,   500'000,   576'000,   921'600,   1'000'000, 1'152'000,
@@ -58,8 +58,7 @@ struct ModbusPort::Session {
   modbus_t* const modbus;
 };
 
-ModbusPort::ModbusPort(SerialSettings settings, const Clock& clock)
-    : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
+ModbusPort::ModbusPort(SerialSettings settings, const Clock& clock) : TtyPort(std::move(settings), clock) {}
 
 ModbusPort::~ModbusPort() = default;
 
@@ -80,7 +79,7 @@ Result<> ModbusPort::Connect(std::int64_t baud) {
   format.baud = baud;
   // A pty refuses parity (glibc's tcsetattr reads back and reports EINVAL).
   const char parity = tty_.IsPty() ? 'N' : ParityLetter(format.parity);
-  // By the claimed line, not by the path: that can lead to another terminal by now.
+  // Opens the claimed line, because the path may lead to another terminal now.
   const std::string line_path = "/proc/self/fd/" + std::to_string(tty_.FileDescriptor());
   session_ = std::make_unique<Session>(
       modbus_new_rtu(line_path.c_str(), static_cast<int>(baud), parity, 8, format.stop_bits));
@@ -118,7 +117,7 @@ bool ModbusPort::Write(Bytes frame) {
     const int sent = modbus_send_raw_request(session_->modbus, request.data(), static_cast<int>(request.size()));
     if (sent == static_cast<int>(frame.size())) return true;
     if (sent < 0 && errno == EINTR) continue;
-    // EAGAIN: the line took nothing. A frame of which it took a part is broken.
+    // EAGAIN: the line accepted no byte. If it accepted a part of the frame, the frame is broken.
     if (sent >= 0 || errno != EAGAIN) return false;
     if (give_up == 0) give_up = clock_.Now() + kWriteTimeout;
     if (!reader_.WaitWritable(give_up)) return false;

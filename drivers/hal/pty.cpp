@@ -43,19 +43,7 @@ tl::unexpected<Error> SystemFailure(const std::string& what, const char* remedy 
   return Failure(what + ": " + std::strerror(errno) + remedy);
 }
 
-// No echo, no line editing, no change of any byte.
-bool MakeRaw(int fd) {
-  termios2 mode{};
-  if (ioctl(fd, TCGETS2, &mode) != 0) return false;
-  mode.c_iflag = 0;
-  mode.c_oflag = 0;
-  mode.c_lflag = 0;
-  mode.c_cc[VMIN] = 1;
-  mode.c_cc[VTIME] = 0;
-  return ioctl(fd, TCSETS2, &mode) == 0;
-}
-
-// A host finds the old link or the new one, never none; and never a new one whose terminal has not its mark yet.
+// A host always finds a link, and the terminal of a new link has its mark.
 bool ReplaceLink(const std::string& target, const std::string& path, int terminal) {
   const std::string fresh = path + ".new";
   if (unlink(fresh.c_str()) != 0 && errno != ENOENT) return false;
@@ -71,6 +59,18 @@ bool IsLinkOrAbsent(const std::string& path) {
 }
 
 }  // namespace
+
+bool MakeRaw(int terminal) {
+  termios2 mode{};
+  if (ioctl(terminal, TCGETS2, &mode) != 0) return false;
+  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
+  mode.c_iflag = 0;
+  mode.c_oflag = 0;
+  mode.c_lflag = 0;
+  mode.c_cc[VMIN] = 1;
+  mode.c_cc[VTIME] = 0;
+  return ioctl(terminal, TCSETS2, &mode) == 0;
+}
 
 std::uint64_t MarkOfLink(const std::string& path) {
   fs::path place = path;
@@ -107,7 +107,7 @@ Result<> Pty::Open(const std::string& path) {
       ptsname_r(master.get(), name.data(), name.size()) != 0 || !MakeRaw(master.get())) {
     return SystemFailure("cannot set up the pty");
   }
-  // Opened and closed once: from now on "no host" shows, before the first host as after the last.
+  // Opened and closed once, so that HasHost also works before the first host.
   const Descriptor first_host(open(name.data(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!first_host.valid()) return SystemFailure(std::string("cannot open ") + name.data());
   if (!ReplaceLink(name.data(), path, master.get())) {
@@ -122,7 +122,7 @@ Result<> Pty::Open(const std::string& path) {
 void Pty::Close() {
   if (!IsOpen()) return;
   std::error_code failed;
-  // Another process may have put its own there meanwhile.
+  // Another process may have replaced the link.
   const std::filesystem::path target = std::filesystem::read_symlink(path_, failed);
   if (!failed && target == name_) static_cast<void>(unlink(path_.c_str()));
   master_.Reset();
@@ -144,13 +144,13 @@ bool Pty::Write(Bytes bytes) {
 
 void Pty::Discard() {
   if (!IsOpen()) return;
-  // Flushed at the host's end: what its line discipline already holds is out of the master's reach.
+  // Flushed at the end of the host, because the master cannot reach what the line discipline holds.
   const Descriptor host_end(open(name_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (host_end.valid()) static_cast<void>(ioctl(host_end.get(), TCFLSH, TCIFLUSH));
 }
 
 std::int64_t Pty::Baud() const {
-  // At the master the kernel tells the other end's mode.
+  // At the master, the kernel returns the mode of the other end.
   termios2 mode{};
   return ioctl(master_.get(), TCGETS2, &mode) == 0 ? std::int64_t{mode.c_ospeed} : 0;
 }

@@ -11,22 +11,25 @@
 
 namespace axlecast {
 
-// What tells the line of a simulator from every other terminal. The number in /dev/pts/N does not: the kernel gives it
-// to the next terminal as soon as a simulator has ended, and the link to it can outlive a simulator that was killed.
-// So the simulator writes a mark into the terminal itself, computed from the link that it made (its inode and the
-// time it was created). The mark ends with the terminal, whatever ends the simulator, and it is the same in every
-// namespace and container from which link and terminal can be seen.
+// Switches off echo, line editing and any change of bytes. Rate and character format stay. A terminal that is raw already is not
+// changed: until a port is locked, it may belong to another driver.
+[[nodiscard]] bool MakeRaw(int terminal);
 
-// The mark that belongs to the last link on the way from `path` to a file; 0 when `path` is no link.
+// A mark distinguishes the line of a simulator from every other terminal. The number in /dev/pts/N does not: after a
+// simulator has ended, the kernel reuses the number, and the link of a killed simulator remains. The simulator therefore
+// stores a mark in the terminal, computed from its link (inode and time of creation). The mark ends with the terminal. It is
+// the same in every namespace and container in which link and terminal are visible.
+
+// Returns the mark for the last link on the way from `path` to a file; 0 if `path` is not a link.
 [[nodiscard]] std::uint64_t MarkOfLink(const std::string& path);
 
-// The mark of an open terminal, at either end; 0: it has none. It stands in the window size, which means nothing on a
-// line, and which neither libmodbus nor any setting of a line changes.
+// The mark of an open terminal, at either end; 0: it has no mark. It is stored in the window size, which a line does not
+// use, and which neither libmodbus nor the settings of a line change.
 [[nodiscard]] std::uint64_t ReadMark(int terminal);
 [[nodiscard]] bool WriteMark(int terminal, std::uint64_t mark);
 
-// A pseudo terminal that stands for a serial line: a host (a driver) opens its name, we hold the other end. Raw,
-// both ways without waiting. The only place that creates ptys.
+// A pseudo-terminal that simulates a serial line: a host (a driver) opens its name, and this process holds the other end.
+// It is raw and non-blocking. Only this class creates ptys.
 class Pty {
  public:
   Pty() = default;
@@ -34,25 +37,25 @@ class Pty {
   Pty(const Pty&) = delete;
   Pty& operator=(const Pty&) = delete;
 
-  // Creates one and links it under `path`, in place of what was linked there; the directory exists. The error
-  // contains the cause and the remedy. An open one is closed first: the host loses its line, as with an
-  // adapter that is pulled out. The terminal is raw before the link names it, and has the link's mark (pty_mark.h).
+  // Creates a pty and the link `path` to it, which replaces an existing link. The directory must exist. An open pty is
+  // closed first: the host loses its line, as if the adapter were unplugged. When the link appears, the terminal is raw and
+  // has the mark of the link.
   [[nodiscard]] Result<> Open(const std::string& path);
-  // Ends the line; the link goes if it is still ours.
+  // Ends the line, and removes the link unless another process has replaced it.
   void Close();
   [[nodiscard]] bool IsOpen() const { return master_.valid(); }
   [[nodiscard]] int FileDescriptor() const { return master_.get(); }
 
-  // Whether a host has the line open now. While none has, poll reports POLLHUP at once.
+  // Returns true if a host has the line open. Without a host, poll reports POLLHUP at once.
   [[nodiscard]] bool HasHost() const;
-  // The rate that the host has set its end to, any number; what stood before it came until it does. 0 when closed.
+  // Returns the rate that the host has set, or the one before until the host sets one; 0 if the pty is closed.
   [[nodiscard]] std::int64_t Baud() const;
 
-  // The host's bytes, at most what fits `into`; 0 when there are none.
+  // Reads bytes of the host. Returns 0 if there are none.
   [[nodiscard]] std::size_t Read(std::span<std::uint8_t> into);
-  // In one write. False when they could not all be delivered: no host, or one that does not read.
+  // Returns false if not all bytes could be delivered: there is no host, or it does not read.
   [[nodiscard]] bool Write(Bytes bytes);
-  // What a host that went away has not read is dropped. What the next one may have sent by now is kept.
+  // Drops what the last host has not read. Keeps what the next host has sent.
   void Discard();
 
  private:

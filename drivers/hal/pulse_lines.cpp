@@ -6,11 +6,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <string>
 #include <utility>
 
 #include "core/base/result.h"
-#include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
 
@@ -42,7 +40,7 @@ tl::unexpected<Error> ChipFailure(const PulseLineConfig& line, int error) {
   }
 }
 
-// A pulse on its way: the line's index, then the ns that it was low, low byte first.
+// A pulse as a datagram: the index of the line, then the duration in ns, low byte first.
 constexpr std::size_t kDatagram = 1 + sizeof(MonoNs);
 using Datagram = std::array<std::uint8_t, kDatagram>;
 
@@ -60,7 +58,7 @@ Pulse Decode(const Datagram& datagram) {
 
 }  // namespace
 
-// A claimed line: driven, until it goes.
+// A claimed line, driven until it is destroyed.
 class GpioLines::Line {
  public:
   explicit Line(gpiod_chip* chip) : chip_(chip) {}
@@ -86,7 +84,7 @@ class GpioLines::Line {
  private:
   [[nodiscard]] tl::unexpected<Error> RequestFailure(const PulseLineConfig& config, int error) {
     if (error != EBUSY) return ChipFailure(config, error);
-    // The name may have been read before the other one took the line.
+    // The name may have been read before the other process took the line.
     const char* const consumer = gpiod_line_update(line_) == 0 ? gpiod_line_consumer(line_) : nullptr;
     return Failure(Name(config) + (consumer == nullptr ? "" : ", taken by '" + std::string(consumer) + "'") + ": " +
                    std::string(kLineHeld));
@@ -124,17 +122,17 @@ Result<> GpioLines::Claim(const PulseLineConfig& config) {
 
 bool GpioLines::Pulse(std::uint8_t line, MonoNs low) {
   if (line >= claimed_.size()) return false;
-  // High again even where low was refused.
+  // Drives the line high even if driving it low failed.
   const bool was_low = claimed_[line]->Set(false);
   WaitUntil(clock_.Now() + low, clock_);
   return claimed_[line]->Set(true) && was_low;
 }
 
-// ---- the driver's end ----
+// ---- the end of the driver ----
 
 Result<> SimulatedLines::Open() {
-  const std::optional<UnixAddress> address = UnixAddress::Of(path_);
-  if (!address) return Failure(UnixAddress::TooLong(path_));
+  const Result<UnixAddress> address = UnixAddress::Of(path_);
+  if (!address) return Failure(address.error());
   Descriptor socket_to_it(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket_to_it.valid()) return Failure(path_ + ": " + std::strerror(errno));
   if (connect(socket_to_it.get(), address->generic(), address->size()) != 0) {
@@ -156,7 +154,7 @@ bool SimulatedLines::Pulse(std::uint8_t line, MonoNs low) {
   return sent() || ((errno == ECONNREFUSED || errno == ENOTCONN) && Open() && sent());
 }
 
-// ---- the simulator's end ----
+// ---- the end of the simulator ----
 
 SimulatedLinesPort::~SimulatedLinesPort() {
   if (socket_.valid()) static_cast<void>(unlink(path_.c_str()));
@@ -173,7 +171,7 @@ Result<> SimulatedLinesPort::Listen(const std::string& path) {
 std::optional<Pulse> SimulatedLinesPort::Next() {
   while (true) {
     Datagram datagram{};
-    // MSG_TRUNC: the datagram's whole length, so that a longer one shows.
+    // MSG_TRUNC returns the whole length, so that a longer datagram is noticed.
     const ssize_t size = recv(socket_.get(), datagram.data(), datagram.size(), MSG_TRUNC);
     if (size < 0 && errno == EINTR) continue;
     if (size < 0) return std::nullopt;

@@ -13,21 +13,19 @@
 
 namespace axlecast {
 
-// Real output lines, through libgpiod. A pulse is never shorter than asked for; under load it may be longer.
+// Real output lines, driven with libgpiod. A pulse is never shorter than requested; under load it may be longer.
 //
-// The kernel hands the lines back when the process ends, however it ends, also in the middle of a pulse. What a line
-// does then is its controller's affair: most turn it into an input or leave it as it was driven last. So a line whose
-// low level acts (CLR sets a zero) needs an external pull-up, and a device that tolerates one pulse cut short.
+// When the process ends, even during a pulse, the kernel releases the lines. Most controllers then make the line an input, or
+// leave it as it was driven last. A line whose low level acts (CLR sets a zero) therefore needs an external pull-up, and a
+// device that tolerates a shortened pulse.
 class GpioLines final : public PulseLines {
  public:
   GpioLines(std::vector<PulseLineConfig> lines, const Clock& clock);
   ~GpioLines() override;
-  GpioLines(const GpioLines&) = delete;
-  GpioLines& operator=(const GpioLines&) = delete;
 
   [[nodiscard]] Result<> Open() override;
   void Close() override;
-  // Spins through the last 100 us of `low`, sleeps before.
+  // Sleeps, and spins during the last 100 us of `low`.
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override;
 
  private:
@@ -40,15 +38,15 @@ class GpioLines final : public PulseLines {
   std::vector<std::unique_ptr<Line>> claimed_;  // in the order of lines_
 };
 
-// The lines beside a simulated bus: each pulse goes as one datagram to the bus's simulator, when it ends.
+// The lines of a simulated bus. When a pulse ends, it is sent to the simulator of the bus as one datagram.
 class SimulatedLines final : public PulseLines {
  public:
-  // `path`: where the simulator listens, <bus>.lines in the run directory.
+  // `path`: of the socket of the simulator, <bus>.lines in the run directory.
   SimulatedLines(std::string path, const Clock& clock) : path_(std::move(path)), clock_(clock) {}
 
   [[nodiscard]] Result<> Open() override;
   void Close() override { socket_.Reset(); }
-  // False when no simulator is there to see it. One that was started anew meanwhile is found.
+  // Connects again if the simulator was restarted. Returns false if there is no simulator.
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override;
 
  private:
@@ -57,7 +55,7 @@ class SimulatedLines final : public PulseLines {
   Descriptor socket_;
 };
 
-// The simulator's end.
+// The end of the simulator.
 class SimulatedLinesPort {
  public:
   SimulatedLinesPort() = default;
@@ -65,12 +63,12 @@ class SimulatedLinesPort {
   SimulatedLinesPort(const SimulatedLinesPort&) = delete;
   SimulatedLinesPort& operator=(const SimulatedLinesPort&) = delete;
 
-  // Takes the path over from a process that has gone; whoever calls makes sure that none lives. The error
-  // contains the cause and the remedy. Only this user's processes reach it.
+  // Creates the socket, and replaces the socket of a process that has ended. The caller makes sure that no other process uses
+  // the path. Only processes of this user can connect.
   [[nodiscard]] Result<> Listen(const std::string& path);
-  // Readable when a pulse has come.
+  // Readable while pulses wait.
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }
-  // The next pulse; none when nothing has come. What is no pulse is dropped.
+  // Returns the next pulse, or nothing. Drops datagrams that are not pulses.
   [[nodiscard]] std::optional<axlecast::Pulse> Next();
 
  private:

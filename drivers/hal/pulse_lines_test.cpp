@@ -19,7 +19,7 @@
 
 namespace axlecast {
 
-// No build machine has GPIO lines, nor the kernel's gpio-sim: libgpiod itself is stood in for by the functions below,
+// No build machine has GPIO lines, nor the kernel's gpio-sim: the functions below replace libgpiod,
 // which the linker prefers. They keep to gpiod.h (1.6); what a controller does with its pins is not tested here.
 
 namespace {
@@ -50,7 +50,7 @@ struct Board {
 };
 Board board;
 
-// Goes on by 1 us at every look.
+// Advances by 1 us at every read.
 class TickingClock final : public Clock {
  public:
   [[nodiscard]] MonoNs Now() const override { return now_ += kMicrosecond; }
@@ -159,7 +159,7 @@ TEST_F(GpioLinesTest, ClaimsItsLinesHighAndGivesThemBack) {
     EXPECT_EQ(board.lines[4].consumer, "axlecast");
     EXPECT_EQ(board.lines[17].consumer, "axlecast");
     EXPECT_TRUE(board.lines[4].high && board.lines[17].high);
-    ASSERT_EQ(ErrorText(lines.Open()), "") << "anew";
+    ASSERT_EQ(ErrorText(lines.Open()), "") << "again";
     lines.Close();
     EXPECT_EQ(board.lines[4].consumer, "");
     EXPECT_EQ(board.open_chips, 0);
@@ -311,7 +311,7 @@ TEST_F(SimulatedLinesTest, TakesAPathOverAndKeepsOthersOut) {
 TEST_F(SimulatedLinesTest, NonsenseIsDropped) {
   SimulatedLinesPort port;
   ASSERT_EQ(ErrorText(port.Listen(path_)), "");
-  const std::optional<UnixAddress> address = UnixAddress::Of(path_);
+  const Result<UnixAddress> address = UnixAddress::Of(path_);
   ASSERT_TRUE(address.has_value());
   const Descriptor stranger(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   std::array<std::uint8_t, 100> bytes{};

@@ -13,10 +13,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <utility>
 
-#include "core/device/link.h"
 #include "drivers/hal/adapter.h"
+#include "drivers/hal/pty.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -48,26 +47,12 @@ termios2 RawMode(const LineFormat& format) {
   return mode;
 }
 
-// No echo, no line editing, no change of any byte; the rate and the character format stay. Until the port is locked it
-// may be that of another driver of ours: one that is raw already is left as it is.
-bool MakeRaw(int line) {
-  termios2 mode{};
-  if (ioctl(line, TCGETS2, &mode) != 0) return false;
-  if (mode.c_lflag == 0 && mode.c_oflag == 0) return true;
-  mode.c_iflag = 0;
-  mode.c_oflag = 0;
-  mode.c_lflag = 0;
-  mode.c_cc[VMIN] = 1;
-  mode.c_cc[VTIME] = 0;
-  return ioctl(line, TCSETS2, &mode) == 0;
-}
-
-// Asks the driver to hand bytes over at once; the drivers that know it do so for an unprivileged user too.
+// Requests low latency from the driver. Drivers that support it also accept it from an unprivileged user.
 void AskForLowLatency(int line) {
   serial_struct serial{};
   if (ioctl(line, TIOCGSERIAL, &serial) != 0) return;
   serial.flags = static_cast<int>(static_cast<unsigned>(serial.flags) | ASYNC_LOW_LATENCY);
-  // Whether it helped is judged by the latency timer.
+  // The latency timer shows whether it had an effect.
   if (ioctl(line, TIOCSSERIAL, &serial) != 0) return;
 }
 
@@ -130,7 +115,7 @@ bool Tty::IsBehind(int fd) const {
 }
 
 Result<> Tty::Exclude() {
-  // A pty keeps its exclusive mode as long as its simulator holds it open, beyond the death of a driver.
+  // A pty would stay exclusive after the driver has ended, until its simulator closes it.
   if (IsPty() || ioctl(line_.get(), TIOCEXCL) == 0) return {};
   return OpenFailure(errno);
 }
@@ -141,26 +126,24 @@ Result<> Tty::CheckHardware() {
   const dev_t device = DeviceOf(line_.get());
   const TtyFacts facts = ReadTtyFacts(settings_.sysfs, major(device), minor(device));
   if (facts.usb) {
-    AdapterVerdict verdict = JudgeAdapter(*facts.usb, settings_.format.baud);
+    AdapterVerdict verdict = CheckAdapter(*facts.usb, settings_.format.baud);
     if (!verdict.fits) return Failure(settings_.path + ": " + verdict.text);
     if (!verdict.text.empty()) warnings_.push_back(std::move(verdict.text));
   }
   if (!settings_.low_latency) return {};
   AskForLowLatency(line_.get());
   if (facts.latency_timer.empty()) return {};
-  if (std::string slow = ShortenLatency(facts.latency_timer); !slow.empty()) warnings_.push_back(std::move(slow));
+  if (Result<> fast = ShortenLatency(facts.latency_timer); !fast) warnings_.push_back(std::move(fast.error().text));
   return {};
 }
 
 bool Tty::CanMake(std::int64_t baud) const {
   const dev_t device = DeviceOf(line_.get());
   const TtyFacts facts = ReadTtyFacts(settings_.sysfs, major(device), minor(device));
-  return baud > 0 && (!facts.usb || JudgeAdapter(*facts.usb, baud).fits);
+  return baud > 0 && (!facts.usb || CheckAdapter(*facts.usb, baud).fits);
 }
 
-Result<> Tty::SetFormat() { return Apply(settings_.format); }
-
-Result<> Tty::Apply(const LineFormat& format) {
+Result<> Tty::SetFormat(const LineFormat& format) {
   const termios2 mode = RawMode(format);
   if (ioctl(line_.get(), TCSETS2, &mode) != 0) {
     return Failure(settings_.path + " refuses its settings: " + std::strerror(errno));
@@ -184,21 +167,11 @@ Result<> Tty::CheckFormat(const LineFormat& format) const {
     return Failure(settings_.path + " makes " + std::to_string(mode.c_ospeed) + " baud of the " +
                    std::to_string(format.baud) + " asked for: it cannot do this rate; use another port or adapter");
   }
-  // The kernel takes parity and stop bits from no pty.
+  // The kernel ignores parity and stop bits on a pty.
   if (!IsPty() && ((mode.c_cflag ^ FormatFlags(format)) & (PARENB | PARODD | CSTOPB | CSIZE)) != 0) {
     return Failure(settings_.path + " does not take the character format asked for: use another port or adapter");
   }
   return {};
-}
-
-bool Tty::ChangeBaud(std::int64_t baud) {
-  LineFormat format = settings_.format;
-  format.baud = baud;
-  return ChangeFormat(format);
-}
-
-bool Tty::ChangeFormat(const LineFormat& format) {
-  return CanMake(format.baud) && Drain() && Apply(format).has_value();
 }
 
 bool Tty::Drain() {
@@ -214,7 +187,7 @@ bool Tty::Drain() {
     minimum = std::min(minimum, queued);
     if (PollUntil({}, now + kMillisecond, clock_) < 0) return false;
   }
-  // What the hardware's own buffer still holds; the driver bounds this wait.
+  // Waits for the buffer of the hardware. The driver limits this time.
   return ioctl(line_.get(), TCSBRK, 1) == 0;
 }
 
@@ -226,7 +199,7 @@ Result<> Tty::Reset() {
 
 ByteLink::LineErrors Tty::Counted() const {
   serial_icounter_struct counters{};
-  if (ioctl(line_.get(), TIOCGICOUNT, &counters) != 0) return {};  // this driver does not tell
+  if (ioctl(line_.get(), TIOCGICOUNT, &counters) != 0) return {};  // not supported by this driver
   return {std::int64_t{counters.frame} + counters.parity + counters.brk,
           std::int64_t{counters.overrun} + counters.buf_overrun};
 }
@@ -237,17 +210,12 @@ ByteLink::LineErrors Tty::Errors() const {
           std::max<std::int64_t>(now.dropped - at_start_.dropped, 0)};
 }
 
-SerialPort::SerialPort(SerialSettings settings, const Clock& clock)
-    : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
-
-SerialPort::~SerialPort() = default;
-
 Result<> SerialPort::Open() {
   Close();
   Result<> opened = reader_.CheckReady()
                         .and_then([&] { return tty_.Claim(); })
                         .and_then([&] { return tty_.Exclude(); })
-                        .and_then([&] { return tty_.SetFormat(); })
+                        .and_then([&] { return tty_.SetFormat(tty_.settings().format); })
                         .and_then([&] { return tty_.Reset(); });
   if (opened) {
     reader_.Attach(tty_.FileDescriptor());

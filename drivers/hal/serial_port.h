@@ -14,55 +14,53 @@
 
 namespace axlecast {
 
-// A line that takes no byte for so long is as good as gone.
+// A line that accepts no byte for this time is regarded as lost.
 inline constexpr MonoNs kWriteTimeout = kSecond;
 
 struct SerialSettings {
   std::string path;            // a tty, a pty, or a link to one (/dev/serial/by-id/...)
-  LineFormat format;           // of every Open; a pty carries 8 bits without parity, whatever stands here
-  bool low_latency = true;     // asks the driver for 1 ms latency where it can
-  std::string sysfs = "/sys";  // tests bring their own
+  LineFormat format;           // set by every Open; a pty always has 8 bits without parity
+  bool low_latency = true;     // request a latency of 1 ms from the driver, if it supports that
+  std::string sysfs = "/sys";  // replaced by tests
   PtyStatement pty = {};
 };
 
-// A tty or pty that this process has claimed: what is the same for all ports that sit on one. Every error
-// contains its cause and the operator's remedy.
+// A tty or pty that this process has claimed: the common part of SerialPort and ModbusPort. Every error contains the cause and
+// the remedy.
 class Tty {
  public:
   Tty(SerialSettings settings, const Clock& clock) : settings_(std::move(settings)), clock_(clock) {}
 
-  // Opens it, refuses what is not the line (line_guard.h), and sets it raw before anything else, so that the echo of a
-  // terminal sends nothing back to the devices. Then locks it against a second user of ours (flock), and judges the
-  // adapter behind it.
+  // Opens the line, and refuses a terminal that is not the line (line_guard.h). Sets it raw first, so that no echo is sent to
+  // the devices. Then locks it against other axlecast processes (flock), and checks the adapter.
   [[nodiscard]] Result<> Claim();
   void Release() { line_.Reset(); }
-  [[nodiscard]] bool IsClaimed() const { return line_.valid(); }
   [[nodiscard]] int FileDescriptor() const { return line_.get(); }
   [[nodiscard]] bool IsPty() const;
-  // Whether `fd` is the same line: the path may lead elsewhere since Claim.
+  // Returns true if `fd` is the claimed line. The path may lead to another one since Claim.
   [[nodiscard]] bool IsBehind(int fd) const;
 
-  // Refuses every further open(2) of the line, by whomever but root (TIOCEXCL), and allows it again.
+  // Refuses further open(2) of the line, except by root (TIOCEXCL). Admit allows it again.
   [[nodiscard]] Result<> Exclude();
   [[nodiscard]] bool Admit();
 
-  // Sets the settings' format, raw, at any rate (BOTHER), and reads back whether it holds.
-  [[nodiscard]] Result<> SetFormat();
-  // Checks the format that another has set, raw; makes a read of nothing tell itself from a hang-up (VMIN 1).
+  // Sets a format, raw, at any rate (BOTHER), and reads it back.
+  [[nodiscard]] Result<> SetFormat(const LineFormat& format);
+  // Checks the raw format that libmodbus has set. Sets VMIN 1, so that a read of nothing differs from a hang-up.
   [[nodiscard]] Result<> AdoptFormat(const LineFormat& format);
-  // Another rate from now on, once all is sent; false when the adapter or the driver does not make it.
-  [[nodiscard]] bool ChangeBaud(std::int64_t baud);
-  // The same for rate, parity and stop bits.
-  [[nodiscard]] bool ChangeFormat(const LineFormat& format);
+  // Sends all bytes, then sets another format. Returns false if the adapter or the driver does not support it.
+  [[nodiscard]] bool ChangeFormat(const LineFormat& format) {
+    return CanMake(format.baud) && Drain() && SetFormat(format).has_value();
+  }
   [[nodiscard]] bool CanMake(std::int64_t baud) const;
-  // Returns when all that was written is on the wire; false when the line takes nothing.
+  // Returns when all written bytes are on the wire, or false if the line accepts nothing.
   [[nodiscard]] bool Drain();
-  // Drops what has not been read or sent, and counts errors anew.
+  // Drops what was not read or sent, and restarts the error counts.
   [[nodiscard]] Result<> Reset();
 
   [[nodiscard]] ByteLink::LineErrors Errors() const;  // since Reset
   [[nodiscard]] const SerialSettings& settings() const { return settings_; }
-  // What Claim found wanting (a slow latency timer, an adapter that cannot quite reach the rate), with remedies.
+  // Warnings of Claim, with remedies: a slow latency timer, or an adapter that does not reach the rate exactly.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
 
   // The error of a system call on this port.
@@ -71,7 +69,6 @@ class Tty {
  private:
   [[nodiscard]] Result<Descriptor> OpenLine() const;
   [[nodiscard]] Result<> CheckHardware();
-  [[nodiscard]] Result<> Apply(const LineFormat& format);
   [[nodiscard]] Result<> CheckFormat(const LineFormat& format) const;
   [[nodiscard]] ByteLink::LineErrors Counted() const;
 
@@ -82,24 +79,11 @@ class Tty {
   std::vector<std::string> warnings_;
 };
 
-// A serial port or pty as a raw line of bytes, locked against a second user. After kLost, or a
-// Write that returned false, Close and Open again: the adapter or pty may have come back under the same path.
-// Every Open begins at the settings' rate. One thread uses it; Wake may be called from any.
-class SerialPort final : public ByteLink {
+// A line of bytes on a tty: the common part of SerialPort and ModbusPort.
+class TtyPort : public ByteLink {
  public:
-  SerialPort(SerialSettings settings, const Clock& clock);
-  ~SerialPort() override;
-  SerialPort(const SerialPort&) = delete;
-  SerialPort& operator=(const SerialPort&) = delete;
-
-  [[nodiscard]] Result<> Open() override;
-  void Close() override;
   [[nodiscard]] bool IsOpen() const override { return reader_.IsAttached(); }
-  // What was written goes out at the old rate first.
-  [[nodiscard]] bool SetBaud(std::int64_t baud) override { return IsOpen() && tty_.ChangeBaud(baud); }
-  [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
   [[nodiscard]] bool HasWire() const override { return !tty_.IsPty(); }
-  [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
     return reader_.Read(into, deadline);
   }
@@ -108,13 +92,35 @@ class SerialPort final : public ByteLink {
   void Wake() override { reader_.Wake(); }
   [[nodiscard]] LineErrors Errors() const override { return tty_.Errors(); }
 
-  // What the last successful Open found wanting, each with its remedy.
+  // Warnings of the last successful Open, each with its remedy.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return tty_.warnings(); }
 
- private:
+ protected:
+  TtyPort(SerialSettings settings, const Clock& clock)
+      : clock_(clock), tty_(std::move(settings), clock), reader_(clock) {}
+
   const Clock& clock_;
   Tty tty_;
   LineReader reader_;
+};
+
+// A serial port or pty as a raw line of bytes, locked against a second user. After kLost, or after Write returned false, call
+// Close and Open again: the adapter or pty may be available again under the same path. Open sets the rate of the settings.
+// Used by one thread, except Wake.
+class SerialPort final : public TtyPort {
+ public:
+  SerialPort(SerialSettings settings, const Clock& clock) : TtyPort(std::move(settings), clock) {}
+
+  [[nodiscard]] Result<> Open() override;
+  void Close() override;
+  // Written bytes are sent at the old rate first.
+  [[nodiscard]] bool SetBaud(std::int64_t baud) override {
+    LineFormat format = tty_.settings().format;
+    format.baud = baud;
+    return SetFormat(format);
+  }
+  [[nodiscard]] bool SetFormat(const LineFormat& format) { return IsOpen() && tty_.ChangeFormat(format); }
+  [[nodiscard]] bool Write(Bytes bytes) override;
 };
 
 }  // namespace axlecast

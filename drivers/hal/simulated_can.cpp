@@ -13,11 +13,11 @@ constexpr char kFrame = 'F';
 constexpr char kAcknowledged = 'A';
 constexpr char kUnacknowledged = 'N';
 
-constexpr MonoNs kSendAgain = kMillisecond;  // a controller would do so at once; a simulator has other buses too
+constexpr MonoNs kSendAgain = kMillisecond;  // a controller repeats at once; a simulator also serves other buses
 
 constexpr std::size_t kQueue = 11;  // the frame in the controller, and ten in the interface's queue
 
-// ISO 11898-1 12.1.4: a transmitter whose frames nobody acknowledges counts up to 128 and no further.
+// ISO 11898-1 12.1.4: the error counter of a transmitter whose frames are not acknowledged stays at 128.
 constexpr int kWarning = 96;
 constexpr int kPassive = 128;
 
@@ -42,13 +42,13 @@ CanController::State StateOf(int tec) {
 
 }  // namespace
 
-// ---- the driver's end ----
+// ---- the end of the driver ----
 
 Result<> SimulatedCan::Open() {
   Close();
   Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
   if (!opened) return opened;
-  if (socket_.Send(BitratePacket(bitrate_)) != SimulatedSocket::Status::kOk) {
+  if (socket_.Send(BitratePacket(bitrate_)) != SendResult::kQueued) {
     Close();
     return Failure(path_ + ": the simulator has gone");
   }
@@ -66,25 +66,18 @@ void SimulatedCan::Close() {
 }
 
 FrameLink::SendResult SimulatedCan::Send(const CanFrame& frame) {
-  switch (socket_.Send(PacketOf(kFrame, ToPacket(frame)))) {
-    case SimulatedSocket::Status::kOk:
-      ++controller_.pending;
-      return SendResult::kQueued;
-    case SimulatedSocket::Status::kFull:
-      ++controller_.queue_full;
-      return SendResult::kFull;
-    default:
-      return SendResult::kLost;
-  }
+  const SendResult result = socket_.Send(PacketOf(kFrame, ToPacket(frame)));
+  if (result == SendResult::kQueued) ++controller_.pending;
+  if (result == SendResult::kFull) ++controller_.queue_full;
+  return result;
 }
 
 Link::Status SimulatedCan::Receive(Received& received) {
   while (true) {
     std::array<std::uint8_t, 1 + 4 + kMaxCanData> packet{};
-    const SimulatedSocket::Received came = socket_.Receive(packet);
-    if (came.status == SimulatedSocket::Status::kNothing) return Status::kTimeout;
-    if (came.status != SimulatedSocket::Status::kOk) return Status::kLost;
-    const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(came.size).subspan(1));
+    const ByteLink::ReadResult read = socket_.Receive(packet);
+    if (read.status != Status::kOk) return read.status;
+    const std::optional<CanFrame> frame = FromPacket(Bytes(packet).first(read.count).subspan(1));
     const bool own = packet[0] == kAcknowledged;
     const bool unacknowledged = packet[0] == kUnacknowledged;
     if (!frame || (packet[0] != kFrame && !own && !unacknowledged)) return Status::kLost;
@@ -103,7 +96,7 @@ void SimulatedCan::Count(bool acknowledged) {
   controller_.state = StateOf(controller_.tec);
 }
 
-// ---- the simulator's end ----
+// ---- the end of the simulator ----
 
 Result<> SimulatedCanPort::Plug() {
   Unplug();
@@ -120,12 +113,12 @@ void SimulatedCanPort::Unplug() {
 void SimulatedCanPort::Serve() {
   if (again_at_ <= Now()) SendWaiting();
   do {
-    Hear();
+    ReceiveAll();
   } while (socket_.Welcome());
 }
 
-void SimulatedCanPort::Hear() {
-  MindQueue();
+void SimulatedCanPort::ReceiveAll() {
+  UpdateReceiving();
   while (const std::optional<Bytes> packet = socket_.Next()) {
     if (!Take(*packet)) socket_.DropHost();
   }
@@ -139,18 +132,18 @@ bool SimulatedCanPort::Take(Bytes packet) {
   if (bitrate_ == 0) {
     if (packet[0] != kBitrate || content.size() != 4) return false;
     for (const std::uint8_t byte : content) bitrate_ = bitrate_ << 8 | byte;
-    TellBaud();
+    PassBaud();
     return bitrate_ != 0;
   }
   const std::optional<CanFrame> frame = FromPacket(content);
   if (packet[0] != kFrame || !frame) return false;
-  // Only hosts that have gone can fill it; a real one would not have taken the frame.
+  // Only frames of hosts that have ended can fill it. A real queue would not have accepted the frame.
   if (waiting_.size() >= kQueue) return true;
   waiting_.push_back({.frame = *frame});
   if (waiting_.size() == 1) {
     SendWaiting();
   } else {
-    MindQueue();
+    UpdateReceiving();
   }
   return true;
 }
@@ -158,33 +151,33 @@ bool SimulatedCanPort::Take(Bytes packet) {
 void SimulatedCanPort::SendWaiting() {
   while (!waiting_.empty() && Send(waiting_.front())) waiting_.pop_front();
   again_at_ = waiting_.empty() ? kNever : Now() + kSendAgain;
-  MindQueue();
+  UpdateReceiving();
 }
 
-// A host that is there keeps its frames behind the one that waits; what one that has gone leaves waits here.
-void SimulatedCanPort::MindQueue() {
+// While a frame waits, further frames of the present host stay in its socket. The frames of a host that has ended wait here.
+void SimulatedCanPort::UpdateReceiving() {
   const bool host_waits = !waiting_.empty() && bitrate_ != 0;
-  socket_.Want(!host_waits || socket_.HostHasGone());
+  socket_.SetReceiving(!host_waits || socket_.HostHasGone());
 }
 
 bool SimulatedCanPort::Send(Waiting& waiting) {
-  std::vector<CanPacket> answers;  // come after what they answer
+  std::vector<CanPacket> answers;  // sent after the frame that they answer
   const auto answer = [&answers](Bytes bytes) { answers.emplace_back(bytes); };
   const bool acknowledged = simulator().OnFrame(waiting.frame, Now(), answer);
   if (acknowledged) {
-    Tell(waiting.own ? kAcknowledged : kFrame, ToPacket(waiting.frame));
+    SendToHost(waiting.own ? kAcknowledged : kFrame, ToPacket(waiting.frame));
   } else if (waiting.own && !waiting.tried) {
-    Tell(kUnacknowledged, ToPacket(waiting.frame));
+    SendToHost(kUnacknowledged, ToPacket(waiting.frame));
   }
   waiting.tried = true;
-  for (const CanPacket& packet : answers) Tell(kFrame, packet);
+  for (const CanPacket& packet : answers) SendToHost(kFrame, packet);
   return acknowledged;
 }
 
-void SimulatedCanPort::Transmit(Bytes bytes) { Tell(kFrame, bytes); }
+void SimulatedCanPort::Transmit(Bytes bytes) { SendToHost(kFrame, bytes); }
 
-void SimulatedCanPort::Tell(char kind, Bytes frame) {
-  // A host that does not read loses it.
+void SimulatedCanPort::SendToHost(char kind, Bytes frame) {
+  // Lost if the host does not read.
   if (HasHost()) static_cast<void>(socket_.Send(PacketOf(kind, frame)));
 }
 

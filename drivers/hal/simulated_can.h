@@ -10,19 +10,19 @@
 
 namespace axlecast {
 
-// A simulated CAN bus: a socket as in drivers/hal/simulated_socket.h, <bus>.can in the run directory, protocol
-// "axlecast-can-1". Each packet is one byte, its kind, and what belongs to it:
-//   host      'B'  bit/s, 4 bytes, most significant first: once, before all others
-//             'F'  a frame (ToPacket of core/can_frame.h)
+// A simulated CAN bus: a socket as in simulated_port.h, <bus>.can in the run directory, protocol "axlecast-can-1". Each packet is
+// one byte, its kind, and its content:
+//   host      'B'  bit/s, 4 bytes, most significant first: once, before all other packets
+//             'F'  a frame (ToPacket of core/device/can.h)
 //   simulator 'F'  a frame of a node
-//             'A'  the host's frame was on the bus, and a node has acknowledged it; the frame
-//             'N'  no node has acknowledged the host's frame; the frame. It is sent again and again until one does
-//                  ('A'), and what the host sends meanwhile waits behind it, as with a controller
+//             'A'  a frame of the host that a node has acknowledged
+//             'N'  a frame of the host that no node has acknowledged. As by a controller, it is repeated until a node
+//                  acknowledges it ('A'). Later frames of the host wait.
 
-// The driver's end. Instants are those of the read.
+// The end of the driver. Timestamps are those of the read.
 class SimulatedCan final : public FrameLink {
  public:
-  // `path`: where the simulator listens.
+  // `path`: of the socket of the simulator.
   SimulatedCan(std::string path, std::int64_t bitrate, const Clock& clock)
       : path_(std::move(path)), bitrate_(bitrate), clock_(clock), reader_(clock) {}
 
@@ -31,7 +31,7 @@ class SimulatedCan final : public FrameLink {
   [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override;
   [[nodiscard]] Status Receive(Received& received) override;
-  // Error passive from the first frame that no node acknowledged; acknowledged ones bring it back (ISO 11898-1 12.1.4).
+  // Error-passive after a frame that no node acknowledged; acknowledged frames restore the state (ISO 11898-1 12.1.4).
   [[nodiscard]] CanController Controller() override { return controller_; }
   [[nodiscard]] Status Wait(MonoNs until) override { return reader_.Wait(until); }
   void Wake() override { reader_.Wake(); }
@@ -48,8 +48,8 @@ class SimulatedCan final : public FrameLink {
   CanController controller_;
 };
 
-// The simulator's end: controller and bus. As with a real interface, what no node has acknowledged goes on waiting when
-// its host has gone; pulling the port out drops it.
+// The end of the simulator: controller and bus. As with a real interface, a frame that no node has acknowledged still waits after
+// its host has ended. Unplugging the port drops it.
 class SimulatedCanPort final : public SimulatedPort {
  public:
   SimulatedCanPort(std::string path, Simulator& simulator, const Clock& clock)
@@ -64,26 +64,26 @@ class SimulatedCanPort final : public SimulatedPort {
   void Transmit(Bytes bytes) override;
 
  private:
-  // A frame of a host that no node has acknowledged.
+  // A frame of a host that no node has acknowledged yet.
   struct Waiting {
     CanFrame frame;
-    bool own = true;     // of the host that is there now
-    bool tried = false;  // and nobody has acknowledged it
+    bool own = true;     // of the present host
+    bool tried = false;  // sent once without acknowledge
   };
 
   [[nodiscard]] std::int64_t Baud() const override { return bitrate_; }
-  void Hear();
+  void ReceiveAll();
   [[nodiscard]] bool Take(Bytes packet);
   void SendWaiting();
-  void MindQueue();
+  void UpdateReceiving();
   [[nodiscard]] bool Send(Waiting& waiting);
-  void Tell(char kind, Bytes frame);
+  void SendToHost(char kind, Bytes frame);
 
   const std::string path_;
   SimulatedSocketPort socket_;
-  std::int64_t bitrate_ = 0;  // 0: no host, or one that has not told yet
+  std::int64_t bitrate_ = 0;  // 0: no host, or it has not sent its rate yet
   std::deque<Waiting> waiting_;
-  MonoNs again_at_ = kNever;  // when the first of them is tried again
+  MonoNs again_at_ = kNever;  // when the first of them is sent again
 };
 
 }  // namespace axlecast

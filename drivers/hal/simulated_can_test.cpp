@@ -31,7 +31,7 @@ std::vector<std::uint8_t> Data(const CanFrame& frame) {
   return {data.begin(), data.end()};
 }
 
-// Answers each frame that it hears with the next identifier.
+// Answers each frame that it receives with the next identifier.
 class Node final : public Simulator {
  public:
   [[nodiscard]] bool OnFrame(const CanFrame& frame, MonoNs, const Transmit& transmit) override {
@@ -216,7 +216,7 @@ TEST_F(SimulatedCanTest, PullingThePortOutDropsWhatWaits) {
   node_.hears = true;
   port_.Serve();
   EXPECT_TRUE(node_.heard.empty());
-  EXPECT_THAT(node_.bitrates, ElementsAre(250'000)) << "not told anew: it is the same";
+  EXPECT_THAT(node_.bitrates, ElementsAre(250'000)) << "not passed again: it is the same";
 }
 
 TEST_F(SimulatedCanTest, ANewHostBringsItsOwnBitRate) {
@@ -233,7 +233,7 @@ TEST_F(SimulatedCanTest, OneHostAtATime) {
   EXPECT_THAT(Open(second), ::testing::EndsWith(kLineHeld));
   EXPECT_EQ(can_.Send(Frame(1)), SendResult::kQueued);
   port_.Serve();
-  EXPECT_EQ(Received().size(), 2U) << "the first goes on";
+  EXPECT_EQ(Received().size(), 2U) << "the first remains";
 }
 
 TEST_F(SimulatedCanTest, WakeEndsAWait) {
@@ -259,7 +259,7 @@ TEST_F(SimulatedCanTest, WithoutASimulatorItTellsWhatToDo) {
   EXPECT_THAT(ErrorText(SimulatedCan(std::string(200, 'x'), 1, clock_).Open()), HasSubstr("AXLECAST_RUN_DIR"));
 }
 
-// ---- what is none of the protocol ----
+// ---- packets outside the protocol ----
 
 class SimulatedCanNonsenseTest : public SimulatedCanTest {
  protected:
@@ -274,11 +274,11 @@ class SimulatedCanNonsenseTest : public SimulatedCanTest {
         Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-can-1", clock_)); });
     EXPECT_EQ(problem, "");
     for (const auto& packet : packets) {
-      if (host.Send(packet) != SimulatedSocket::Status::kOk) return false;
+      if (host.Send(packet) != FrameLink::SendResult::kQueued) return false;
       port_.Serve();
     }
     std::array<std::uint8_t, 32> answer{};
-    return host.Receive(answer).status != SimulatedSocket::Status::kLost;
+    return host.Receive(answer).status != Link::Status::kLost;
   }
 
   const std::vector<std::uint8_t> bitrate_ = {'B', 0, 3, 0xD0, 0x90};

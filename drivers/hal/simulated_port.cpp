@@ -10,8 +10,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/base/result.h"
-#include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
 
@@ -19,8 +17,7 @@ namespace axlecast {
 namespace {
 
 constexpr MonoNs kGreetingTime = kSecond;
-// Some ten small packets (the kernel counts 768 bytes for each, and doubles this): as much as the queue of a CAN
-// interface holds.
+// About ten small packets, like the queue of a CAN interface. The kernel counts 768 bytes for each, and doubles this.
 constexpr int kSendBuffer = 4'096;
 
 std::string HowToStart(const std::string& path) {
@@ -44,9 +41,9 @@ ssize_t SendWhole(int fd, Bytes packet) {
 
 ssize_t ReceiveWhole(int fd, std::span<std::uint8_t> into) {
   while (true) {
-    // MSG_TRUNC: the packet's whole length, so that a longer one shows.
+    // MSG_TRUNC returns the whole length, so that a longer packet is noticed.
     const ssize_t size = recv(fd, into.data(), into.size(), MSG_TRUNC);
-    // ECONNRESET once, before what is still there, when the other end went without having read all.
+    // ECONNRESET comes once, before the remaining packets, if the other end was closed before it had read all.
     if (size >= 0 || (errno != EINTR && errno != ECONNRESET)) return size;
   }
 }
@@ -55,12 +52,12 @@ Bytes AsBytes(std::string_view text) { return {reinterpret_cast<const std::uint8
 
 }  // namespace
 
-// ---- the host's end ----
+// ---- the end of the host ----
 
 Result<> SimulatedSocket::Connect(const std::string& path, std::string_view protocol, const Clock& clock) {
   Close();
-  const std::optional<UnixAddress> address = UnixAddress::Of(path);
-  if (!address) return Failure(UnixAddress::TooLong(path));
+  const Result<UnixAddress> address = UnixAddress::Of(path);
+  if (!address) return Failure(address.error());
   Descriptor fresh(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!fresh.valid() || setsockopt(fresh.get(), SOL_SOCKET, SO_SNDBUF, &kSendBuffer, sizeof kSendBuffer) != 0) {
     return Failure(path + ": " + std::strerror(errno));
@@ -73,31 +70,32 @@ Result<> SimulatedSocket::Connect(const std::string& path, std::string_view prot
   if (PollUntil({&greeting, 1}, clock.Now() + kGreetingTime, clock) <= 0) {
     return Failure("the simulator behind " + path + " does not answer: stop it" + HowToStart(path));
   }
-  std::array<std::uint8_t, kLongestSimulatedPacket> said{};
-  const ssize_t size = ReceiveWhole(fresh.get(), said);
+  std::array<std::uint8_t, kLongestSimulatedPacket> received{};
+  const ssize_t size = ReceiveWhole(fresh.get(), received);
   if (size <= 0) return Failure(path + ": " + std::string(kLineHeld));
   const Bytes wanted = AsBytes(protocol);
-  if (size != static_cast<ssize_t>(wanted.size()) || !std::equal(wanted.begin(), wanted.end(), said.begin())) {
+  if (size != static_cast<ssize_t>(wanted.size()) || !std::equal(wanted.begin(), wanted.end(), received.begin())) {
     return Failure("what serves " + path + " is not this version's simulator: stop it" + HowToStart(path));
   }
   socket_ = std::move(fresh);
   return {};
 }
 
-SimulatedSocket::Status SimulatedSocket::Send(Bytes packet) {
-  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return Status::kOk;
-  return errno == EAGAIN || errno == ENOBUFS ? Status::kFull : Status::kLost;
+FrameLink::SendResult SimulatedSocket::Send(Bytes packet) {
+  using SendResult = FrameLink::SendResult;
+  if (SendWhole(socket_.get(), packet) == static_cast<ssize_t>(packet.size())) return SendResult::kQueued;
+  return errno == EAGAIN || errno == ENOBUFS ? SendResult::kFull : SendResult::kLost;
 }
 
-SimulatedSocket::Received SimulatedSocket::Receive(std::span<std::uint8_t> into) {
+ByteLink::ReadResult SimulatedSocket::Receive(std::span<std::uint8_t> into) {
   const ssize_t size = ReceiveWhole(socket_.get(), into);
-  if (size < 0 && errno == EAGAIN) return {Status::kNothing, 0};
+  if (size < 0 && errno == EAGAIN) return {Link::Status::kTimeout, 0};
   const auto length = static_cast<std::size_t>(std::max<ssize_t>(size, 0));
-  if (length == 0 || length > into.size()) return {Status::kLost, 0};
-  return {Status::kOk, length};
+  if (length == 0 || length > into.size()) return {Link::Status::kLost, 0};
+  return {Link::Status::kOk, length};
 }
 
-// ---- the simulator's end ----
+// ---- the end of the simulator ----
 
 Result<> SimulatedSocketPort::Listen(const std::string& path, std::string_view protocol) {
   Close();
@@ -124,10 +122,10 @@ void SimulatedSocketPort::Close() {
   events_.Reset();
 }
 
-void SimulatedSocketPort::Want(bool packets) {
-  if (packets == wanted_) return;
-  wanted_ = packets;
-  if (HasHost() && !Watch(events_.get(), EPOLL_CTL_MOD, host_.get(), wanted_ ? std::uint32_t{EPOLLIN} : 0U))
+void SimulatedSocketPort::SetReceiving(bool receives) {
+  if (receives == receives_) return;
+  receives_ = receives;
+  if (HasHost() && !Watch(events_.get(), EPOLL_CTL_MOD, host_.get(), receives_ ? std::uint32_t{EPOLLIN} : 0U))
     DropHost();
 }
 
@@ -143,7 +141,7 @@ Descriptor SimulatedSocketPort::Accept() {
 
 bool SimulatedSocketPort::Greet(Descriptor caller) {
   if (!Watch(events_.get(), EPOLL_CTL_ADD, caller.get(), EPOLLIN)) return false;
-  wanted_ = true;
+  receives_ = true;
   host_ = std::move(caller);
   if (!Send(AsBytes(protocol_))) DropHost();
   return HasHost();
@@ -163,7 +161,7 @@ bool SimulatedSocketPort::Welcome() {
 }
 
 std::optional<Bytes> SimulatedSocketPort::Next() {
-  if (!HasHost() || !wanted_) return std::nullopt;
+  if (!HasHost() || !receives_) return std::nullopt;
   const ssize_t size = ReceiveWhole(host_.get(), packet_);
   if (size < 0 && errno == EAGAIN) return std::nullopt;
   const auto length = static_cast<std::size_t>(std::max<ssize_t>(size, 0));

@@ -36,59 +36,55 @@ SpiTransfer TransferIn(Bytes packet) {
 
 }  // namespace
 
-// ---- the driver's end ----
+// ---- the end of the driver ----
 
 Result<> SimulatedSpi::Open() {
   Close();
-  Result<> opened = reader_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
-  if (opened) reader_.Attach(socket_.FileDescriptor());
+  Result<> opened = waiter_.CheckReady().and_then([&] { return socket_.Connect(path_, kProtocol, clock_); });
+  if (opened) waiter_.Attach(socket_.FileDescriptor());
   return opened;
 }
 
 void SimulatedSpi::Close() {
-  reader_.Detach();
+  waiter_.Detach();
   socket_.Close();
-  clocked_in_.Drop();
+  DropBytes();
 }
 
 bool SimulatedSpi::Write(Bytes bytes) {
   if (bytes.size() > kMaxFrame) return false;
   const SpiTransfer transfer{.settings = settings_, .tx = bytes};
-  if (Transfer(transfer, clocked_in_.Fill(bytes.size()))) return true;
-  clocked_in_.Drop();
+  if (Transfer(transfer, Fill(bytes.size()))) return true;
+  DropBytes();
   return false;
 }
 
 bool SimulatedSpi::Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx) {
   if (transfer.tx.empty() || transfer.tx.size() > kMaxFrame || rx.size() != transfer.tx.size()) return false;
-  if (socket_.Send(PacketOf(transfer)) != SimulatedSocket::Status::kOk) return false;
+  if (socket_.Send(PacketOf(transfer)) != FrameLink::SendResult::kQueued) return false;
   pollfd answer{socket_.FileDescriptor(), POLLIN, 0};
   if (PollUntil({&answer, 1}, clock_.Now() + kAnswerTime, clock_) <= 0) return false;
-  const SimulatedSocket::Received came = socket_.Receive(rx);
-  if (came.status != SimulatedSocket::Status::kOk || came.size != rx.size()) return false;
+  const ReadResult read = socket_.Receive(rx);
+  if (read.status != Status::kOk || read.count != rx.size()) return false;
   const auto clocks = static_cast<std::int64_t>(rx.size()) * 8;
   return PollUntil({}, clock_.Now() + transfer.settings.ClockTime(clocks), clock_) == 0;
 }
 
 ByteLink::ReadResult SimulatedSpi::Read(std::span<std::uint8_t> into, MonoNs deadline) {
   if (!IsOpen()) return {Status::kLost, 0};
-  if (!clocked_in_.empty()) return clocked_in_.Read(into);
-  // A simulator says nothing unasked: what comes now is its end.
+  if (HasBytes()) return ReadNow(into);
+  // A simulator sends only answers: whatever comes now is the end of the connection.
   pollfd end{socket_.FileDescriptor(), POLLIN, 0};
   return {PollUntil({&end, 1}, deadline, clock_) == 0 ? Status::kTimeout : Status::kLost, 0};
 }
 
-ByteLink::ReadResult SimulatedSpi::ReadNow(std::span<std::uint8_t> into) {
-  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
-}
-
 Link::Status SimulatedSpi::Wait(MonoNs until) {
-  if (!clocked_in_.empty()) return Status::kOk;
-  const Status status = reader_.Wait(until);
+  if (HasBytes()) return Status::kOk;
+  const Status status = waiter_.Wait(until);
   return status == Status::kOk ? Status::kLost : status;  // as in Read
 }
 
-// ---- the simulator's end ----
+// ---- the end of the simulator ----
 
 Result<> SimulatedSpiPort::Plug() { return socket_.Listen(path_, kProtocol); }
 

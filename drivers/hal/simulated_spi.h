@@ -11,47 +11,37 @@
 
 namespace axlecast {
 
-// A simulated SPI bus: a socket as in drivers/hal/simulated_socket.h, <bus>.spi in the run directory, protocol
-// "axlecast-spi-1".
-//   host      one packet per transfer: mode, 1 byte (0 to 3; more is refused by the devices, not here); bits per word,
-//             1 byte; clock, Hz, 4 bytes, most significant first; then the bytes clocked out, 1 to kMaxFrame
-//   simulator one packet for each: the bytes clocked in, as many
-// The simulator answers at once, as of the instant at which the packet came: the first clock edge. The host lets the time
-// of the clocks pass after the answer.
+// A simulated SPI bus: a socket as in simulated_port.h, <bus>.spi in the run directory, protocol "axlecast-spi-1".
+//   host      one packet per transfer: mode, 1 byte (0 to 3; the devices refuse others); bits per word, 1 byte; clock, Hz,
+//             4 bytes, most significant first; then the bytes clocked out, 1 to kMaxFrame
+//   simulator one packet for each transfer: the same number of bytes, clocked in
+// The simulator answers at once, for the time at which the packet came: the first clock edge. After the answer, the host waits
+// for the duration of the clocks.
 
-// The driver's end.
-class SimulatedSpi final : public ByteLink {
+// The end of the driver.
+class SimulatedSpi final : public ClockedLink {
  public:
-  // `path`: where the simulator listens. `settings` are those of every Write.
+  // `path`: of the socket of the simulator. `settings`: of every Write.
   SimulatedSpi(std::string path, SpiSettings settings, const Clock& clock)
-      : path_(std::move(path)), settings_(settings), clock_(clock), reader_(clock) {}
+      : ClockedLink(std::move(path), settings, clock) {}
 
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return socket_.IsConnected(); }
-  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
-  // Clocks the bytes out; what was clocked in is there to be read when it returns.
+  // Clocks the bytes out. The bytes clocked in can be read afterwards.
   [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
-  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
   [[nodiscard]] Status Wait(MonoNs until) override;
-  void Wake() override { reader_.Wake(); }
-  [[nodiscard]] LineErrors Errors() const override { return {}; }
 
-  // One transfer with settings of its own; `rx` is as long as what it clocks out. False when the simulator has gone, or
-  // has not answered within a second: Close and Open again.
+  // Performs one transfer with its own settings. `rx` has the length of transfer.tx. Returns false if the simulator has ended, or
+  // has not answered within a second: call Close and Open again.
   [[nodiscard]] bool Transfer(const SpiTransfer& transfer, std::span<std::uint8_t> rx);
 
  private:
-  const std::string path_;
-  const SpiSettings settings_;
-  const Clock& clock_;
   SimulatedSocket socket_;
-  LineReader reader_;
-  ClockedIn clocked_in_;
 };
 
-// The simulator's end.
+// The end of the simulator.
 class SimulatedSpiPort final : public SimulatedPort {
  public:
   SimulatedSpiPort(std::string path, Simulator& simulator, const Clock& clock)
@@ -63,7 +53,7 @@ class SimulatedSpiPort final : public SimulatedPort {
   [[nodiscard]] int FileDescriptor() const override { return socket_.FileDescriptor(); }
   [[nodiscard]] MonoNs NextDue() const override { return kNever; }
   void Serve() override;
-  void Transmit(Bytes) override {}  // a device on SPI speaks only while it is clocked
+  void Transmit(Bytes) override {}  // a device on SPI sends only while it is clocked
 
  private:
   [[nodiscard]] std::int64_t Baud() const override { return 0; }

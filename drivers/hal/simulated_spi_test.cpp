@@ -170,10 +170,10 @@ TEST_F(SimulatedSpiTest, WhoSendsNonsenseIsCutOff) {
   for (const std::size_t size : {1U, 6U, 6U + 265U, 512U, 513U}) {
     SimulatedSocket host;
     ASSERT_EQ(Served(port_, [&] { return ErrorText(host.Connect(path_, "axlecast-spi-1", clock_)); }), "");
-    ASSERT_EQ(host.Send(std::vector<std::uint8_t>(size)), SimulatedSocket::Status::kOk);
+    ASSERT_EQ(host.Send(std::vector<std::uint8_t>(size)), FrameLink::SendResult::kQueued);
     port_.Serve();
     std::array<std::uint8_t, 32> answer{};
-    EXPECT_EQ(host.Receive(answer).status, SimulatedSocket::Status::kLost) << size;
+    EXPECT_EQ(host.Receive(answer).status, Link::Status::kLost) << size;
   }
   EXPECT_TRUE(slave_.settings.empty());
 }

@@ -9,7 +9,6 @@
 #include <cstring>
 #include <utility>
 
-#include "core/device/link.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -17,9 +16,9 @@ namespace {
 
 constexpr std::uint8_t kBitsPerWord = 8;
 
-// What the board's description says of its wiring, and stays.
+// Wiring, from the description of the board: unchanged.
 constexpr std::uint32_t kWiring = SPI_CS_HIGH | SPI_NO_CS;
-// What must be as we set it, whatever the last user left behind.
+// Must be as set here, whatever the last user of the device set.
 constexpr std::uint32_t kShape = SPI_CPHA | SPI_CPOL | SPI_LSB_FIRST | SPI_3WIRE | SPI_LOOP;
 
 constexpr const char* kOtherController = ": use another SPI controller";
@@ -64,7 +63,7 @@ Result<> SpiPort::Open() {
 
 void SpiPort::Close() {
   device_.Reset();
-  clocked_in_.Drop();
+  DropBytes();
 }
 
 Result<> SpiPort::Claim() {
@@ -111,7 +110,7 @@ Result<> SpiPort::SetClock() const {
 
 bool SpiPort::Write(Bytes bytes) {
   if (!IsOpen() || bytes.empty() || bytes.size() > kMaxFrame) return false;
-  const std::span<std::uint8_t> in = clocked_in_.Fill(bytes.size());
+  const std::span<std::uint8_t> in = Fill(bytes.size());
   spi_ioc_transfer transfer{};
   transfer.tx_buf = reinterpret_cast<std::uintptr_t>(bytes.data());
   transfer.rx_buf = reinterpret_cast<std::uintptr_t>(in.data());
@@ -123,19 +122,15 @@ bool SpiPort::Write(Bytes bytes) {
     clocked = ioctl(device_.get(), SPI_IOC_MESSAGE(1), &transfer);
   } while (clocked < 0 && errno == EINTR);
   if (clocked == static_cast<int>(bytes.size())) return true;
-  clocked_in_.Drop();
+  DropBytes();
   return false;
 }
 
 ByteLink::ReadResult SpiPort::Read(std::span<std::uint8_t> into, MonoNs deadline) {
-  if (IsOpen() && clocked_in_.empty() && PollUntil({}, deadline, clock_) < 0) return {Status::kLost, 0};
+  if (IsOpen() && !HasBytes() && PollUntil({}, deadline, clock_) < 0) return {Status::kLost, 0};
   return ReadNow(into);
 }
 
-ByteLink::ReadResult SpiPort::ReadNow(std::span<std::uint8_t> into) {
-  return IsOpen() ? clocked_in_.Read(into) : ReadResult{Status::kLost, 0};
-}
-
-Link::Status SpiPort::Wait(MonoNs until) { return clocked_in_.empty() ? waiter_.Wait(until) : Status::kOk; }
+Link::Status SpiPort::Wait(MonoNs until) { return !HasBytes() ? waiter_.Wait(until) : Status::kOk; }
 
 }  // namespace axlecast

@@ -10,29 +10,23 @@
 
 namespace axlecast {
 
-// One chip select of an SPI bus, through spidev, locked against a second user of ours. Words of 8 bits, most
-// significant bit first. After a Write that returned false, Close and Open again. One thread uses it; Wake may be
-// called from any.
-class SpiPort final : public ByteLink {
+// One chip select of an SPI bus, through spidev, locked against other axlecast processes. Words of 8 bits, most significant bit
+// first. After Write returned false, call Close and Open again. Used by one thread, except Wake.
+class SpiPort final : public ClockedLink {
  public:
   // `path`: a spidev, e.g. /dev/spidev0.0.
   SpiPort(std::string path, SpiSettings settings, const Clock& clock)
-      : path_(std::move(path)), settings_(settings), clock_(clock), waiter_(clock) {}
+      : ClockedLink(std::move(path), settings, clock) {}
 
   // Sets mode, word and clock, and reads them back.
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return device_.valid(); }
-  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
-  // One transfer of all the bytes, at most kMaxFrame, with the chip selected all the while; what was clocked in is there
-  // to be read when it returns.
+  // Transfers all bytes, at most kMaxFrame, while the chip stays selected. The bytes clocked in can be read afterwards.
   [[nodiscard]] bool Write(Bytes bytes) override;
-  // Nothing comes unasked: with nothing clocked in it waits until `deadline`.
+  // Waits until `deadline` if no bytes were clocked in.
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
-  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
   [[nodiscard]] Status Wait(MonoNs until) override;
-  void Wake() override { waiter_.Wake(); }
-  [[nodiscard]] LineErrors Errors() const override { return {}; }
 
  private:
   [[nodiscard]] Result<> Claim();
@@ -41,12 +35,7 @@ class SpiPort final : public ByteLink {
   [[nodiscard]] Result<> SetClock() const;
   [[nodiscard]] tl::unexpected<Error> OpenFailure(int error) const;
 
-  const std::string path_;
-  const SpiSettings settings_;
-  const Clock& clock_;
   Descriptor device_;
-  LineReader waiter_;  // attached to nothing: a spidev cannot be waited on
-  ClockedIn clocked_in_;
 };
 
 }  // namespace axlecast

@@ -1,15 +1,21 @@
-#include "drivers/saa_can/device.h"
-
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <utility>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "core/config/machine_config.h"
+#include "core/device/device.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/command_runner.h"
+#include "drivers/saa_can/family.h"
+#include "drivers/saa_can/interpreter.h"
 #include "drivers/saa_can/node_configuration.h"
+#include "drivers/saa_can/procedures.h"
 
 namespace axlecast::saa_can {
 namespace {
@@ -205,6 +211,171 @@ Made MakeReadAfter(const CommandLine& after, const OperationContext& context, Mo
 
 Step Sending(const CanFrame& frame, Priority priority) { return {.action = Send{frame}, .priority = priority}; }
 
+// One encoder of the SAA series on CAN: selects what is sent to it, and when. The Interpreter evaluates its frames.
+//
+// - Mode cyclic: it is started (01 NN) when the link comes up, and once a second while it is silent. With set_period, the
+//   rate is set (31 NN TT) before the first start.
+// - Mode single: it is polled (80 NN) in each live slot, never before the last request was answered or has timed out.
+// - While a frame waits for a node to acknowledge it, at most one further frame a second is sent. So the controller's
+//   queue stays short, and no old frames are sent when the bus works again.
+class SaaCanDevice final : public CommandDevice<Procedure> {
+ public:
+  SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
+      : CommandDevice(device.settings, Operations(), output),
+        settings_(Own(device)),
+        bench_(OwnBus(bus).bench),
+        interpreter_(settings_, bus.late, output) {}
+
+  [[nodiscard]] Step Next(const BusSlot& slot) const override {
+    if (!link_up_ || silenced_) return {.action = Idle{kNever}, .priority = Priority::kLive};
+    if (slot.now < FreeAt()) return Listening(slot);
+    if (const auto step = ForProcedure(slot)) return *step;
+    if (ProcedureAlone()) return Listening(slot);
+    if (const auto frame = SetUp(slot.now)) return Sending(*frame, Priority::kLive);
+    const bool ask = settings_.mode == Mode::kSingle && slot.poll_due && slot.now >= PollAt();
+    return ask ? Sending(Poll(), Priority::kLive) : Listening(slot);
+  }
+  void OnStarted(const Step& step, MonoNs now) override {
+    runner_.ExpireIfLate(now);
+    const auto* send = std::get_if<Send>(&step.action);
+    if (!runner_.busy() || send == nullptr) return;
+    Procedure& procedure = runner_.procedure();
+    const Procedure::Need need = procedure.NextNeed(now);
+    const bool frame = std::holds_alternative<CanFrame>(need);
+    if (frame && step.priority != Priority::kCommand) return;
+    // A procedure that changes something has not begun with its request for a position: it can still expire.
+    if (procedure.reads_only() && NeedsRequest(need)) runner_.OnStarted(true);
+    if (frame) procedure.OnStarted(send->frame);
+  }
+  void On(const Event& event) override {
+    if (event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown) return OnLink(event);
+    if (!link_up_) return;
+    const MonoNs now = EndOf(event);
+    NoteOwn(event, now);
+    const Interpreter::Evaluation evaluation = interpreter_.Evaluate(event);
+    if (runner_.busy() && !runner_.ExpireIfLate(now)) Report(runner_.procedure().On(event, evaluation, now));
+  }
+  void Begin(const DriverCommand& command, MonoNs now) override {
+    if (!runner_.Begin(command, link_up_, now) || !runner_.procedure().reads_only()) return;
+    if (!NeedsRequest(runner_.procedure().NextNeed(now))) runner_.OnStarted(true);  // it listens
+  }
+
+ private:
+  [[nodiscard]] Result<std::unique_ptr<Procedure>> MakeProcedure(const DriverCommand& command,
+                                                                 MonoNs now) const override {
+    const OperationContext context{settings_, bench_, interpreter_, output_};
+    if (command.operation == kZeroName) return std::make_unique<Zero>(context, now);
+    if (command.operation == kDirectionName) return MakeDirection(command, context, now);
+    if (command.operation == kPeriodName) return MakePeriod(command, context);
+    if (command.operation == kStopName) return MakeStop(context);
+    if (command.operation == kNodeName) return MakeNode(command, context, now);
+    if (command.operation == kBitrateName) return MakeBitrate(command, context, now);
+    if (command.operation != kReadName) {
+      return Failure("an SAA encoder has no operation " + command.operation + "; perhaps model cia406 has",
+                     command_status_t::REASON_UNKNOWN_OPERATION);
+    }
+    if (const auto after = AfterArgument(command.arguments)) return MakeReadAfter(*after, context, now);
+    return std::make_unique<ReadPosition>(ReadPosition::After::kNothing, context, now);
+  }
+  [[nodiscard]] Result<> CheckState(const DriverCommand& command, MonoNs) const override {
+    if (silenced_) {
+      return DeviceOffline("the encoder may run at another bit rate since set_bitrate: set the interface to it");
+    }
+    // A read that verifies an operation is allowed: the encoder may have another node id or bit rate than the configuration.
+    if (interpreter_.answering() || FindArgument(command.arguments, "after")) return {};
+    return DeviceOffline("nothing is received from the encoder: check its power, its cable, node id and bit rate");
+  }
+  [[nodiscard]] Result<> CheckPosition(const DriverCommand& command, const Motion& motion) const override {
+    if (command.operation != kDirectionName) return {};
+    const std::int64_t turn = settings_.counts_per_turn;
+    return CheckDirectionAt((motion.counts % turn + turn) % turn, settings_);
+  }
+  // Returns whether a procedure is carried out during which nothing else may be sent.
+  [[nodiscard]] bool ProcedureAlone() const { return runner_.busy() && runner_.procedure().alone(); }
+  [[nodiscard]] MonoNs FreeAt() const {
+    return std::max(not_before_, interpreter_.unconfirmed() ? sent_at_ + kStale : 0);
+  }  // another frame may be sent then
+  [[nodiscard]] std::optional<Step> ForProcedure(const BusSlot& slot) const {
+    const Procedure* procedure = runner_.Runnable(slot.now);
+    if (procedure == nullptr || (slot.reserved && !procedure->alone())) return std::nullopt;
+    const Procedure::Need need = procedure->NextNeed(slot.now);
+    if (const auto* frame = std::get_if<CanFrame>(&need)) return Sending(*frame, Priority::kCommand);
+    if (!NeedsRequest(need) || interpreter_.awaiting()) return std::nullopt;
+    return Sending(Poll(), slot.poll_due ? Priority::kLive : Priority::kCommand);
+  }
+  // Returns whether a frame must be sent to satisfy the need.
+  [[nodiscard]] bool NeedsRequest(const Procedure::Need& need) const {
+    const bool position = std::holds_alternative<Procedure::Position>(need);
+    return std::holds_alternative<CanFrame>(need) || (position && settings_.mode == Mode::kSingle);
+  }
+  [[nodiscard]] std::optional<CanFrame> SetUp(MonoNs now) const {
+    if (settings_.mode == Mode::kSingle) return std::nullopt;
+    if (period_to_set_) return CommandFrame(Command::kPeriod, settings_.node, *settings_.set_per_second);
+    const bool again = interpreter_.silent_in_a_row() > 0 && now >= sent_at_ + kStartAgain;
+    if (settings_.start && (to_start_ || again)) return CommandFrame(Command::kStart, settings_.node);
+    return std::nullopt;
+  }
+  [[nodiscard]] MonoNs PollAt() const {
+    if (interpreter_.awaiting()) return kNever;
+    return interpreter_.silent_in_a_row() < kGone ? interpreter_.next_request_at() : sent_at_ + kAskGone;
+  }
+  // An encoder that was switched off and on may have to be started again. The answer to 01 NN also contains a position.
+  [[nodiscard]] CanFrame Poll() const {
+    const int silent = interpreter_.silent_in_a_row();
+    const bool start = settings_.start && (to_start_ || (silent > 0 && silent % 2 == 0));
+    return CommandFrame(start ? Command::kStart : Command::kRead, settings_.node);
+  }
+  // Listens until a position is overdue, a frame may be sent, or the procedure has a deadline.
+  [[nodiscard]] Step Listening(const BusSlot& slot) const {
+    MonoNs until = interpreter_.due();
+    if (slot.now < FreeAt()) {
+      until = std::min(until, FreeAt());
+    } else if (!ProcedureAlone()) {
+      if (settings_.mode == Mode::kSingle && slot.poll_due) until = std::min(until, PollAt());
+      const bool again = settings_.mode == Mode::kCyclic && settings_.start && interpreter_.silent_in_a_row() > 0;
+      if (again) until = std::min(until, sent_at_ + kStartAgain);
+    }
+    if (runner_.busy()) until = std::min({until, runner_.procedure().Due(slot.now), runner_.ExpiresAt()});
+    return {.action = Listen{std::max(until, slot.now)}, .priority = Priority::kLive};
+  }
+  void OnLink(const Event& event) {
+    link_up_ = event.kind == Event::Kind::kLinkUp;
+    if (link_up_) {
+      silenced_ = false;
+      period_to_set_ = settings_.set_per_second.has_value();
+      to_start_ = settings_.start;
+      not_before_ = 0;
+      return interpreter_.OnLinkUp(EndOf(event));
+    }
+    interpreter_.OnLinkDown(EndOf(event));
+    runner_.OnLinkLost();
+  }
+  void NoteOwn(const Event& event, MonoNs now) {
+    if (event.id != RequestId(settings_.node)) return;
+    if (event.kind == Event::Kind::kNotSent) not_before_ = now + kAfterFullQueue;
+    if (event.kind != Event::Kind::kSent) return;
+    sent_at_ = now;
+    const std::optional<Request> request = ParseRequest(event.bytes);
+    if (!request) return;
+    if (request->command == Command::kStart) to_start_ = false;
+    if (request->command == Command::kPeriod) period_to_set_ = false;
+  }
+  void Report(const std::optional<Outcome>& outcome) {
+    const bool silences = runner_.busy() && runner_.procedure().silences();
+    if (runner_.Report(outcome) && silences) silenced_ = true;
+  }
+
+  const SaaCanSettings& settings_;
+  const bool bench_;
+  Interpreter interpreter_;
+
+  bool silenced_ = false;  // after a change of the bit rate
+  bool period_to_set_ = false;
+  bool to_start_ = false;
+  MonoNs sent_at_ = 0;     // the newest own frame was queued
+  MonoNs not_before_ = 0;  // after a full queue
+};
+
 }  // namespace
 
 std::span<const OperationSpec> SaaOperations() { return SaaSpecs(); }
@@ -230,165 +401,10 @@ bool Permits(const BusConfig& bus, const DeviceConfig& device, std::string_view 
   return FindOperation(SaaSpecs(), operation) != nullptr;
 }
 
-SaaCanDevice::SaaCanDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output)
-    : CommandDevice(device.settings, Operations(), output),
-      settings_(Own(device)),
-      bench_(OwnBus(bus).bench),
-      interpreter_(settings_, bus.late, output) {}
-
-// ---- the next step ----
-
-MonoNs SaaCanDevice::FreeAt() const {
-  return std::max(not_before_, interpreter_.unconfirmed() ? sent_at_ + kStale : 0);
-}
-
-Step SaaCanDevice::Next(const BusSlot& slot) const {
-  if (!link_up_ || silenced_) return {.action = Idle{kNever}, .priority = Priority::kLive};
-  if (slot.now < FreeAt()) return Listening(slot);
-  if (const auto step = ForProcedure(slot)) return *step;
-  if (ProcedureAlone()) return Listening(slot);
-  if (const auto frame = SetUp(slot.now)) return Sending(*frame, Priority::kLive);
-  const bool ask = settings_.mode == Mode::kSingle && slot.poll_due && slot.now >= PollAt();
-  return ask ? Sending(Poll(), Priority::kLive) : Listening(slot);
-}
-
-std::optional<Step> SaaCanDevice::ForProcedure(const BusSlot& slot) const {
-  const Procedure* procedure = runner_.Runnable(slot.now);
-  if (procedure == nullptr || (slot.reserved && !procedure->alone())) return std::nullopt;
-  const Procedure::Need need = procedure->NextNeed(slot.now);
-  if (const auto* frame = std::get_if<CanFrame>(&need)) return Sending(*frame, Priority::kCommand);
-  if (!NeedsRequest(need) || interpreter_.awaiting()) return std::nullopt;
-  return Sending(Poll(), slot.poll_due ? Priority::kLive : Priority::kCommand);
-}
-
-bool SaaCanDevice::NeedsRequest(const Procedure::Need& need) const {
-  const bool position = std::holds_alternative<Procedure::Position>(need);
-  return std::holds_alternative<CanFrame>(need) || (position && settings_.mode == Mode::kSingle);
-}
-
-std::optional<CanFrame> SaaCanDevice::SetUp(MonoNs now) const {
-  if (settings_.mode == Mode::kSingle) return std::nullopt;
-  if (period_to_set_) return CommandFrame(Command::kPeriod, settings_.node, *settings_.set_per_second);
-  const bool again = interpreter_.silent_in_a_row() > 0 && now >= sent_at_ + kStartAgain;
-  if (settings_.start && (to_start_ || again)) return CommandFrame(Command::kStart, settings_.node);
-  return std::nullopt;
-}
-
-MonoNs SaaCanDevice::PollAt() const {
-  if (interpreter_.awaiting()) return kNever;
-  return interpreter_.silent_in_a_row() < kGone ? interpreter_.next_request_at() : sent_at_ + kAskGone;
-}
-
-// An encoder that was switched off and on may have to be started again. The answer to 01 NN also contains a position.
-CanFrame SaaCanDevice::Poll() const {
-  const int silent = interpreter_.silent_in_a_row();
-  const bool start = settings_.start && (to_start_ || (silent > 0 && silent % 2 == 0));
-  return CommandFrame(start ? Command::kStart : Command::kRead, settings_.node);
-}
-
-// Listens until a position is overdue, a frame may be sent, or the procedure has a deadline.
-Step SaaCanDevice::Listening(const BusSlot& slot) const {
-  MonoNs until = interpreter_.due();
-  if (slot.now < FreeAt()) {
-    until = std::min(until, FreeAt());
-  } else if (!ProcedureAlone()) {
-    if (settings_.mode == Mode::kSingle && slot.poll_due) until = std::min(until, PollAt());
-    const bool again = settings_.mode == Mode::kCyclic && settings_.start && interpreter_.silent_in_a_row() > 0;
-    if (again) until = std::min(until, sent_at_ + kStartAgain);
-  }
-  if (runner_.busy()) until = std::min({until, runner_.procedure().Due(slot.now), runner_.ExpiresAt()});
-  return {.action = Listen{std::max(until, slot.now)}, .priority = Priority::kLive};
-}
-
-void SaaCanDevice::OnStarted(const Step& step, MonoNs now) {
-  runner_.ExpireIfLate(now);
-  const auto* send = std::get_if<Send>(&step.action);
-  if (!runner_.busy() || send == nullptr) return;
-  Procedure& procedure = runner_.procedure();
-  const Procedure::Need need = procedure.NextNeed(now);
-  const bool frame = std::holds_alternative<CanFrame>(need);
-  if (frame && step.priority != Priority::kCommand) return;
-  // A procedure that changes something has not begun with its request for a position: it can still expire.
-  if (procedure.reads_only() && NeedsRequest(need)) runner_.OnStarted(true);
-  if (frame) procedure.OnStarted(send->frame);
-}
-
-// ---- events ----
-
-void SaaCanDevice::On(const Event& event) {
-  if (event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown) return OnLink(event);
-  if (!link_up_) return;
-  const MonoNs now = EndOf(event);
-  NoteOwn(event, now);
-  const Interpreter::Evaluation evaluation = interpreter_.Evaluate(event);
-  if (runner_.busy() && !runner_.ExpireIfLate(now)) Report(runner_.procedure().On(event, evaluation, now));
-}
-
-void SaaCanDevice::OnLink(const Event& event) {
-  link_up_ = event.kind == Event::Kind::kLinkUp;
-  if (link_up_) {
-    silenced_ = false;
-    period_to_set_ = settings_.set_per_second.has_value();
-    to_start_ = settings_.start;
-    not_before_ = 0;
-    return interpreter_.OnLinkUp(EndOf(event));
-  }
-  interpreter_.OnLinkDown(EndOf(event));
-  runner_.OnLinkLost();
-}
-
-void SaaCanDevice::NoteOwn(const Event& event, MonoNs now) {
-  if (event.id != RequestId(settings_.node)) return;
-  if (event.kind == Event::Kind::kNotSent) not_before_ = now + kAfterFullQueue;
-  if (event.kind != Event::Kind::kSent) return;
-  sent_at_ = now;
-  const std::optional<Request> request = ParseRequest(event.bytes);
-  if (!request) return;
-  if (request->command == Command::kStart) to_start_ = false;
-  if (request->command == Command::kPeriod) period_to_set_ = false;
-}
-
-// ---- commands ----
-
-void SaaCanDevice::Begin(const DriverCommand& command, MonoNs now) {
-  if (!runner_.Begin(command, link_up_, now) || !runner_.procedure().reads_only()) return;
-  if (!NeedsRequest(runner_.procedure().NextNeed(now))) runner_.OnStarted(true);  // it listens
-}
-
-Made SaaCanDevice::MakeProcedure(const DriverCommand& command, MonoNs now) const {
-  const OperationContext context{settings_, bench_, interpreter_, output_};
-  if (command.operation == kZeroName) return std::make_unique<Zero>(context, now);
-  if (command.operation == kDirectionName) return MakeDirection(command, context, now);
-  if (command.operation == kPeriodName) return MakePeriod(command, context);
-  if (command.operation == kStopName) return MakeStop(context);
-  if (command.operation == kNodeName) return MakeNode(command, context, now);
-  if (command.operation == kBitrateName) return MakeBitrate(command, context, now);
-  if (command.operation != kReadName) {
-    return Failure("an SAA encoder has no operation " + command.operation + "; perhaps model cia406 has",
-                   command_status_t::REASON_UNKNOWN_OPERATION);
-  }
-  if (const auto after = AfterArgument(command.arguments)) return MakeReadAfter(*after, context, now);
-  return std::make_unique<ReadPosition>(ReadPosition::After::kNothing, context, now);
-}
-
-Result<> SaaCanDevice::CheckState(const DriverCommand& command, MonoNs) const {
-  if (silenced_) {
-    return DeviceOffline("the encoder may run at another bit rate since set_bitrate: set the interface to it");
-  }
-  // A read that verifies an operation is allowed: the encoder may have another node id or bit rate than the configuration.
-  if (interpreter_.answering() || FindArgument(command.arguments, "after")) return {};
-  return DeviceOffline("nothing is received from the encoder: check its power, its cable, node id and bit rate");
-}
-
-Result<> SaaCanDevice::CheckPosition(const DriverCommand& command, const Motion& motion) const {
-  if (command.operation != kDirectionName) return {};
-  const std::int64_t turn = settings_.counts_per_turn;
-  return CheckDirectionAt((motion.counts % turn + turn) % turn, settings_);
-}
-
-void SaaCanDevice::Report(const std::optional<Outcome>& outcome) {
-  const bool silences = runner_.busy() && runner_.procedure().silences();
-  if (runner_.Report(outcome) && silences) silenced_ = true;
+std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
+                                   SecretSource&) {
+  if (cia406::IsOwn(device)) return cia406::MakeDevice(bus, device, output);
+  return std::make_unique<SaaCanDevice>(bus, device, output);
 }
 
 }  // namespace axlecast::saa_can

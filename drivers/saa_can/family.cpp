@@ -1,10 +1,7 @@
 #include "drivers/saa_can/family.h"
 
-#include <memory>
-
 #include "core/config/config_map.h"
 #include "drivers/cia406/cia406.h"
-#include "drivers/saa_can/device.h"
 #include "drivers/saa_can/settings.h"
 #include "drivers/saa_can/simulator.h"
 
@@ -43,12 +40,6 @@ std::unique_ptr<Simulator> MakeSimulator(const BusConfig& bus, ConfigMap& simula
   }
   if (simulate.errors().list().size() != errors) return nullptr;
   return std::make_unique<CanBus>(bus.link.bitrate, std::move(units));
-}
-
-std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,
-                                   SecretSource&) {
-  if (cia406::IsOwn(device)) return cia406::MakeDevice(bus, device, output);
-  return std::make_unique<SaaCanDevice>(bus, device, output);
 }
 
 }  // namespace

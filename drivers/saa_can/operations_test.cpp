@@ -5,8 +5,9 @@
 
 #include <axlecast/command_status_t.hpp>
 
+#include "drivers/kit/command_runner.h"
 #include "drivers/saa_can/bus_test_support.h"
-#include "drivers/saa_can/device.h"
+#include "drivers/saa_can/family.h"
 
 namespace axlecast::saa_can {
 namespace {

@@ -1,147 +1,43 @@
 #pragma once
 
-#include <algorithm>
+#include <axlecast/command_status_t.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <variant>
+#include <utility>
 
-#include "core/base/time.h"
-#include "core/device/can.h"
-#include "core/device/device.h"
-#include "core/device/operation.h"
-#include "core/device/step.h"
-#include "drivers/kit/command_runner.h"
-#include "drivers/saa_can/interpreter.h"
-#include "drivers/saa_can/settings.h"
+#include "drivers/saa_can/procedure.h"
 
 namespace axlecast::saa_can {
 
-// One frame of a procedure on its way onto the bus.
-class Delivery {
- public:
-  enum class State : std::uint8_t {
-    kIdle,
-    kStarted,       // about to be handed to the controller
-    kRefused,       // the controller's queue is full: the frame is nowhere
-    kQueued,        // in the queue
-    kNotConfirmed,  // queued for too long. It is sent as soon as any node acknowledges it
-    kOnBus,         // acknowledged by a node
-  };
+// The maximum difference between positions of a shaft at rest.
+inline constexpr std::int64_t kFlicker = 16;
+// A shaft that is held, and an encoder that is slow.
+inline constexpr int kMaxReadings = 5;
 
-  // Waiting for a busy bus takes less than 10 ms: after this time there is no node that acknowledges the frame.
-  static constexpr MonoNs kConfirmWithin = 500 * kMillisecond;
+// "14.0625 deg (counts 640)"
+inline std::string PositionText(std::int64_t counts, int bits) {
+  return Text("%.4f deg (counts %lld)", Degrees(counts, bits), static_cast<long long>(counts));
+}
 
-  void Start(const CanFrame& frame) {
-    frame_ = frame;
-    state_ = State::kStarted;
-  }
-  // Receives any event of the bus.
-  void On(const Event& event, MonoNs now);
+// Returns whether the shaft is where a position has the bytes of the reply to this command.
+inline bool LooksLikeReply(std::int64_t counts, Command command, const SaaCanSettings& settings) {
+  InlineBytes<kMaxCanData> reply{static_cast<std::uint8_t>(command), 0, 0, 0};
+  const Position alike = ParsePosition(reply, settings.format);
+  if (alike.error != PositionError::kNone) return false;
+  return CircularDistance(counts, alike.counts, settings.counts_per_turn) <= kFlicker;
+}
 
-  [[nodiscard]] State state() const { return state_; }
-  [[nodiscard]] MonoNs on_bus_at() const { return at_; }
-  // Returns when the state must be evaluated again.
-  [[nodiscard]] MonoNs due() const { return state_ == State::kQueued ? at_ + kConfirmWithin : kNever; }
+inline bool IsNearZero(std::int64_t counts, const SaaCanSettings& settings) {
+  return CircularDistance(counts, 0, settings.counts_per_turn) <= ZeroToleranceCounts(settings.format.bits);
+}
 
- private:
-  CanFrame frame_;
-  State state_ = State::kIdle;
-  MonoNs at_ = 0;  // of the state
-};
-
-// The parts of the device that a procedure may read. They outlive the procedure.
-struct OperationContext {
-  const SaaCanSettings& settings;
-  bool bench = false;
-  const Interpreter& interpreter;
-  const DeviceOutput& output;
-};
-
-// One command being carried out. It receives every event of the bus after the Interpreter.
-class Procedure : public CommandProcedure {
- public:
-  struct Nothing {};
-  struct Position {};  // as soon as the encoder sends one, or after a request for one
-  using Need = std::variant<Nothing, Position, CanFrame>;
-  // Returns what the procedure needs next from the bus.
-  [[nodiscard]] virtual Need NextNeed(MonoNs now) const = 0;
-  // Returns when the procedure must be evaluated again if nothing happens before.
-  [[nodiscard]] virtual MonoNs Due(MonoNs now) const = 0;
-
-  // The frame that it needs is about to be handed to the controller.
-  virtual void OnStarted([[maybe_unused]] const CanFrame& frame) {}
-  // Returns an outcome: progress, or the final one.
-  virtual std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) = 0;
-
-  // Returns whether nothing else may be transmitted meanwhile.
-  [[nodiscard]] virtual bool alone() const { return false; }
-  // Returns whether the encoder may run at another bit rate: nothing may be transmitted until the link comes up again.
-  [[nodiscard]] virtual bool silences() const { return false; }
-};
-
-// Returns the final outcome if the frame did not reach the bus; nothing while it may, or if it did.
-[[nodiscard]] std::optional<Outcome> NotDelivered(const Delivery& delivery, const SaaCanSettings& settings);
-// Return the final outcome if the link is lost: before the frame that changes something was sent, or after it may have been
-// sent. `check`: how the user can see its effect.
-[[nodiscard]] Outcome LinkLostBefore();
-[[nodiscard]] Outcome LinkLostAfter(const std::string& check);
-// Returns the final outcome, FAILED or INDETERMINATE, if something that was expected was not received.
-[[nodiscard]] Outcome NotReceived(CommandState state, std::string text);
-
-// Sends one frame once, and waits for its effect. Before the frame it may read a position that shows where the shaft is,
-// and verify the standstill again.
-class OneFrameProcedure : public Procedure {
- public:
-  [[nodiscard]] Need NextNeed(MonoNs now) const override;
-  [[nodiscard]] MonoNs Due(MonoNs) const override {
-    return delivered() || !touched() ? deadline_ : delivery_.due();
-  }
-  void OnStarted(const CanFrame& frame) override { delivery_.Start(frame); }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
-  [[nodiscard]] Outcome OnLinkLost() const override;
-  [[nodiscard]] bool touched() const override { return delivery_.state() != Delivery::State::kIdle; }
-
- protected:
-  OneFrameProcedure(Command command, std::uint8_t parameter, const OperationContext& context)
-      : context_(context), command_(command), parameter_(parameter) {}
-  // Reads a position before the frame.
-  OneFrameProcedure(Command command, std::uint8_t parameter, const OperationContext& context, MonoNs now);
-
-  // Returns the maximum time from the frame on the bus to its effect.
-  [[nodiscard]] virtual MonoNs EffectTimeout() const = 0;
-  // Returns the progress that is reported when the frame was on the bus.
-  [[nodiscard]] virtual std::optional<Outcome> Progress() const { return std::nullopt; }
-  // Any event after the frame was on the bus. Returns the final outcome, if it is known.
-  virtual std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
-                                               MonoNs now) = 0;
-  // Returns whether the procedure needs a position after the frame.
-  [[nodiscard]] virtual bool NeedsPosition(MonoNs) const { return false; }
-  // Returns an error if the frame may not be sent at this position.
-  [[nodiscard]] virtual Result<> CheckPosition(std::int64_t) const { return {}; }
-  // Returns how the user can see the effect of the frame after the link was lost.
-  [[nodiscard]] virtual std::string Check() const = 0;
-  // Adds what the procedure knows to an outcome after the frame was sent.
-  [[nodiscard]] virtual Outcome WithChanges(Outcome outcome) const { return outcome; }
-
-  [[nodiscard]] bool delivered() const { return delivery_.state() == Delivery::State::kOnBus; }
-  [[nodiscard]] MonoNs delivered_at() const { return delivery_.on_bus_at(); }
-  [[nodiscard]] const char* ReplyText() const { return acknowledged_ ? "its reply came" : "no reply came"; }
-
-  const OperationContext context_;
-  MonoNs deadline_ = kNever;   // of the position before the frame, then of the effect
-  std::int64_t before_ = 0;    // the position before the frame
-  bool acknowledged_ = false;  // a reply came, or a position that looks like it
-
- private:
-  std::optional<Outcome> OnBefore(const Interpreter::Evaluation& evaluation, MonoNs now);
-
-  const Command command_;
-  const std::uint8_t parameter_;
-  Delivery delivery_;
-  const bool reads_before_ = false;
-  bool read_ = false;  // the position before the frame
-};
+// Returns an error if the direction cannot be set at this position, because it has the bytes of the reply.
+inline Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings) {
+  if (!LooksLikeReply(counts, Command::kDirection, settings)) return {};
+  return NotPermitted("the shaft is at " + PositionText(counts, settings.format.bits) +
+                      ", which has the bytes of the reply (22 00): turn it a little");
+}
 
 // Clears the encoder to zero (20 NN, SAA manual 5.4.1 (3) ⑥). Positions before and after the frame show the effect. The
 // reply alone proves nothing: it looks like a position.
@@ -149,19 +45,62 @@ class Zero final : public OneFrameProcedure {
  public:
   Zero(const OperationContext& context, MonoNs now) : OneFrameProcedure(Command::kZero, 0, context, now) {}
 
-  [[nodiscard]] MonoNs Due(MonoNs now) const override;
+  [[nodiscard]] MonoNs Due(MonoNs now) const override {
+    const MonoNs effect_from = context_.interpreter.effect_from();
+    return delivered() && now < effect_from ? std::min(effect_from, deadline_) : OneFrameProcedure::Due(now);
+  }
 
  private:
-  [[nodiscard]] MonoNs EffectTimeout() const override;
-  [[nodiscard]] std::optional<Outcome> Progress() const override;
-  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
-                                       MonoNs now) override;
+  [[nodiscard]] MonoNs EffectTimeout() const override {
+    return context_.settings.zero_settle + Timeout(context_.settings);
+  }
+  // The changes of this progress are needed if this process dies: a later reading shows an effect only if the position
+  // before is known.
+  [[nodiscard]] std::optional<Outcome> Progress() const override {
+    Outcome running;
+    running.text = "the command was on the bus; waiting for a position that shows its effect";
+    running.progress = 0.5F;
+    return WithCounts(std::move(running), "");
+  }
+  std::optional<Outcome> AfterDelivery(const Event&, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override {
+    const auto& reading = evaluation.reading;
+    if (reading && !reading->error && reading->at.first >= context_.interpreter.effect_from()) {
+      if (IsNearZero(reading->counts, context_.settings) || ++readings_ >= kMaxReadings)
+        return Verify(reading->counts);
+    }
+    if (now < deadline_) return std::nullopt;
+    return WithCounts(NotReceived(CommandState::kIndeterminate,
+                                  "the command was on the bus, but no position came that shows its effect: "
+                                  "read_position when the encoder sends again"),
+                      "");
+  }
   [[nodiscard]] bool NeedsPosition(MonoNs now) const override { return now >= context_.interpreter.effect_from(); }
   [[nodiscard]] std::string Check() const override { return "read_position after=zero"; }
   [[nodiscard]] Outcome WithChanges(Outcome outcome) const override { return WithCounts(std::move(outcome), ""); }
-  [[nodiscard]] bool SameBefore() const;
-  [[nodiscard]] Outcome Verify(std::int64_t counts) const;
-  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const;
+  [[nodiscard]] bool SameBefore() const {
+    return CannotBeToldApart(before_, 0, ZeroToleranceCounts(context_.settings.format.bits),
+                             context_.settings.counts_per_turn);
+  }
+  [[nodiscard]] Outcome Verify(std::int64_t counts) const {
+    const int bits = context_.settings.format.bits;
+    const std::string text =
+        "the position was " + PositionText(before_, bits) + " and is " + PositionText(counts, bits);
+    const std::string after = std::to_string(counts);
+    if (!IsNearZero(counts, context_.settings)) {
+      return WithCounts(Final(CommandState::kFailed, command_status_t::REASON_READ_BACK_DIFFERS,
+                              std::string(ReplyText()) + ", but " + text + ", not 0"),
+                        after);
+    }
+    const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
+    const char* reply = may_be_position && acknowledged_ ? "what came as its reply may be a position" : ReplyText();
+    const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
+    return WithCounts(ReadBackOutcome(read_back, text + "; " + reply), after);
+  }
+  [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const {
+    outcome.changes.push_back({"single_turn", std::to_string(before_), after});
+    return WithFindingBefore(std::move(outcome), SameBefore());
+  }
 
   int readings_ = 0;
 };
@@ -176,15 +115,26 @@ class SetDirection final : public OneFrameProcedure {
 
  private:
   [[nodiscard]] MonoNs EffectTimeout() const override { return context_.settings.reply_window; }
-  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
-                                       MonoNs now) override;
-  [[nodiscard]] Result<> CheckPosition(std::int64_t counts) const override;
+  std::optional<Outcome> AfterDelivery(const Event&, const Interpreter::Evaluation&, MonoNs now) override {
+    if (acknowledged_) {
+      return WithChanges(Succeeded(false,
+                                   "the encoder accepted it; nothing can be read back at rest: turn the shaft a "
+                                   "little and see which way it counts, then reference again"));
+    }
+    if (now < deadline_) return std::nullopt;
+    return WithChanges(NotReceived(CommandState::kIndeterminate,
+                                   "the command was on the bus, but no reply came: turn the shaft a little and see "
+                                   "which way it counts"));
+  }
+  [[nodiscard]] Result<> CheckPosition(std::int64_t counts) const override {
+    return CheckDirectionAt(counts, context_.settings);
+  }
   [[nodiscard]] std::string Check() const override { return "turn the shaft and see which way it counts"; }
-  [[nodiscard]] Outcome WithChanges(Outcome outcome) const override;
+  [[nodiscard]] Outcome WithChanges(Outcome outcome) const override {
+    outcome.changes.push_back({"single_turn", std::to_string(before_), ""});
+    return outcome;
+  }
 };
-
-// Returns an error if the direction cannot be set at this position, because it has the bytes of the reply.
-[[nodiscard]] Result<> CheckDirectionAt(std::int64_t counts, const SaaCanSettings& settings);
 
 // The period of frames that an encoder sends by itself, measured from their arrivals.
 class PeriodMeter {
@@ -223,9 +173,34 @@ class SetPeriod final : public OneFrameProcedure {
   [[nodiscard]] MonoNs EffectTimeout() const override {
     return PeriodMeter::Timeout(std::max(period_, context_.interpreter.period()));
   }
+  // The first position may come when the old period ends: the measurement begins with it.
   std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
-                                       MonoNs now) override;
-  [[nodiscard]] std::string Check() const override;
+                                       MonoNs now) override {
+    if (evaluation.reading && event.received.first > delivered_at()) meter_.Add(event.received.first);
+    if (!meter_.done() && now < deadline_) return std::nullopt;
+    if (!meter_.done()) {
+      return NotReceived(
+          CommandState::kIndeterminate,
+          Text("the command was on the bus (%s), but too few positions came to measure their period: %s",
+               ReplyText(), Check().c_str()));
+    }
+    const double measured = meter_.MeanMs();
+    Outcome outcome =
+        meter_.Fits(period_)
+            ? Verified(
+                  Text("a position comes every %.1f ms; this holds until the driver is restarted: put period_ms: "
+                       "%lld into the file",
+                       measured, InMilliseconds(period_)))
+            : Final(CommandState::kFailed, command_status_t::REASON_READ_BACK_DIFFERS,
+                    Text("%s, but a position comes every %.1f ms, not every %lld ms", ReplyText(), measured,
+                         InMilliseconds(period_)));
+    const double before = static_cast<double>(context_.settings.period) / static_cast<double>(kMillisecond);
+    outcome.changes.push_back({"period_ms", Text("%.1f", before), Text("%.1f", measured)});
+    return outcome;
+  }
+  [[nodiscard]] std::string Check() const override {
+    return Text("read_position after=\"set_period period_ms=%lld\"", InMilliseconds(period_));
+  }
 
   const MonoNs period_;
   PeriodMeter meter_;
@@ -247,32 +222,46 @@ class StopCyclic final : public OneFrameProcedure {
   static constexpr MonoNs kSettle = 100 * kMillisecond;
 
   [[nodiscard]] MonoNs EffectTimeout() const override { return kSettle + kQuiet; }
-  std::optional<Outcome> AfterDelivery(const Event& event, const Interpreter::Evaluation& evaluation,
-                                       MonoNs now) override;
-  [[nodiscard]] std::string Check() const override { return "see whether positions come by themselves"; }
-};
-
-// A procedure that changes nothing in the encoder.
-class ReadProcedure : public Procedure {
- public:
-  [[nodiscard]] Outcome OnLinkLost() const override {
-    return NotReceived(CommandState::kFailed, "the link was lost before the reading was complete");
+  std::optional<Outcome> AfterDelivery(const Event&, const Interpreter::Evaluation& evaluation,
+                                       MonoNs now) override {
+    if (evaluation.reading && now >= delivered_at() + kSettle) {
+      return Final(CommandState::kFailed, command_status_t::REASON_READ_BACK_DIFFERS,
+                   std::string(ReplyText()) + ", but the encoder still sends by itself: is stop_byte right?");
+    }
+    if (now < deadline_) return std::nullopt;
+    return Verified(Text("for %lld ms no position came by itself", InMilliseconds(kQuiet)));
   }
-  [[nodiscard]] bool reads_only() const override { return true; }
+  [[nodiscard]] std::string Check() const override { return "see whether positions come by themselves"; }
 };
 
 // Reads one position. It also shows whether the encoder reads as after the operation that was carried out before.
 class ReadPosition final : public ReadProcedure {
  public:
   enum class After : std::uint8_t { kNothing, kZero, kDirection, kBitrate };
-  ReadPosition(After after, const OperationContext& context, MonoNs now);
+  ReadPosition(After after, const OperationContext& context, MonoNs now)
+      : after_(after), context_(context), deadline_(now + Timeout(context.settings)) {}
 
   [[nodiscard]] Need NextNeed(MonoNs) const override { return Position{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
+  std::optional<Outcome> On(const Event&, const Interpreter::Evaluation& evaluation, MonoNs now) override {
+    if (evaluation.reading && !evaluation.reading->error) {
+      const std::int64_t counts = evaluation.reading->counts;
+      Outcome outcome = Verified("the position is " + PositionText(counts, context_.settings.format.bits));
+      outcome.changes.push_back({"single_turn", "", std::to_string(counts)});
+      if (after_ != After::kNothing) outcome.changes.push_back(FindingChange(Finding(counts, now)));
+      return outcome;
+    }
+    if (now < deadline_) return std::nullopt;
+    return NotReceived(CommandState::kFailed, "no position came in time");
+  }
 
  private:
-  [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const;
+  // A shaft that turns may have left the place where it was zeroed. A direction does not show at rest. An encoder that
+  // answers at the present bit rate was not given another one, or does not use it yet.
+  [[nodiscard]] const char* Finding(std::int64_t counts, MonoNs now) const {
+    if (after_ != After::kZero) return after_ == After::kBitrate ? kNoEffectSeen : kCannotTell;
+    return FindingWord(IsNearZero(counts, context_.settings), AtRest(context_.output, now));
+  }
 
   const After after_;
   const OperationContext context_;
@@ -287,7 +276,17 @@ class ReadPeriod final : public ReadProcedure {
 
   [[nodiscard]] Need NextNeed(MonoNs) const override { return Nothing{}; }
   [[nodiscard]] MonoNs Due(MonoNs) const override { return deadline_; }
-  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override;
+  std::optional<Outcome> On(const Event& event, const Interpreter::Evaluation& evaluation, MonoNs now) override {
+    if (evaluation.reading) meter_.Add(event.received.first);
+    if (!meter_.done() && now < deadline_) return std::nullopt;
+    if (!meter_.done()) {
+      return NotReceived(CommandState::kFailed, "too few positions came to measure their period");
+    }
+    Outcome outcome = Verified(Text("a position comes every %.1f ms", meter_.MeanMs()));
+    outcome.changes.push_back({"period_ms", "", Text("%.1f", meter_.MeanMs())});
+    outcome.changes.push_back(FindingChange(FindingWord(meter_.Fits(period_))));
+    return outcome;
+  }
 
  private:
   const MonoNs period_;

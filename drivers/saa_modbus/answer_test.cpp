@@ -1,5 +1,5 @@
 // Which replies have come.
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 #include <gtest/gtest.h>
 

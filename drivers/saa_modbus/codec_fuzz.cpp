@@ -10,7 +10,7 @@
 
 #include "drivers/protocol/modbus/adu.h"
 #include "drivers/saa_modbus/codec_test_support.h"
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 namespace axlecast::saa_modbus {
 namespace {

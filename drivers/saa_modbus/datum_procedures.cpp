@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "drivers/kit/command_runner.h"
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 namespace axlecast::saa_modbus {
 namespace {

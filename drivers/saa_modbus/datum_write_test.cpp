@@ -1,5 +1,5 @@
 // zero and set_direction against the simulated encoder, in virtual time: SAA manual 5.1.7 (5) 5.
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 #include <gmock/gmock.h>
 

@@ -102,10 +102,11 @@ TEST(SaaModbusDecode, ErrorWords) {
 }
 
 TEST(SaaModbusDecode, RefusesOtherSettings) {
-  const std::vector<std::array<std::string, 3>> rows = {{"bits", "9", "bits=9: expected 10..26"},
-                                                        {"bits", "27", "bits=27: expected 10..26"},
-                                                        {"bits", "x", "bits=x: expected 10..26"},
-                                                        {"enid", "17", "unknown key 'enid': saa_modbus accepts bits"}};
+  const std::vector<std::array<std::string, 3>> rows = {
+      {"bits", "9", "bits=9: expected 10..26"},
+      {"bits", "27", "bits=27: expected 10..26"},
+      {"bits", "x", "bits=x: expected 10..26"},
+      {"enid", "17", "unknown key 'enid': saa_modbus accepts bits"}};
   for (const auto& [key, value, said] : rows) {
     const std::string error = ErrorText(Decode({{key, value}}, {}));
     EXPECT_TRUE(error.starts_with(said)) << error;

@@ -9,27 +9,6 @@
 
 namespace axlecast::saa_modbus {
 
-// The result of one exchange.
-struct Answer {
-  Request asked;
-  std::optional<ErrorKind> error;  // nothing: the reply fits the request
-  Reply reply;
-  bool unanswered = false;  // the reply has not come: it may still come, later
-
-  [[nodiscard]] bool ok() const { return !error; }
-};
-
-// Returns the answer of an exchange. It depends on the event (kReply or kTimeout) alone.
-[[nodiscard]] Answer Interpret(const Event& event, int bits);
-
-// Returns the interval within which the position was sampled. The encoder samples after the last character of the request
-// and before the first of its reply; the exact time is not documented. `character`: time of one on the wire (0
-// where the wire is simulated and may be faster than a real one).
-[[nodiscard]] Interval SamplingInstant(const Event& event, MonoNs character);
-
-// Returns when the exchange was over.
-[[nodiscard]] MonoNs EndOf(const Event& event);
-
 // Where the encoder is reached: at the start as configured, then as set_baud and set_address changed it.
 struct Connection {
   std::uint8_t address = kMinAddress;
@@ -50,16 +29,61 @@ class Interpreter {
       : settings_(settings), wire_(wire), connection_(connection), output_(output) {}
 
   // An exchange is over: kReply or kTimeout.
-  Answer OnExchange(const Event& event);
+  Answer OnExchange(const Event& event) {
+    Answer answer = Interpret(event, settings_.bits);
+    if (answer.asked.writes()) OnWrite(answer.asked);
+    const bool own = answer.asked.address == connection_.address;
+    if (answer.ok()) {
+      silent_in_a_row_ = 0;
+      if (answer.asked.function == kReadPosition) OnPosition(answer, event);
+      return answer;
+    }
+    // A search at another address expects silence: a timeout there is not an error.
+    if (own || answer.error != ErrorKind::kTimeout)
+      output_.OnError(*answer.error, {event.sent.first, EndOf(event)});
+    if (!own || answer.asked.function != kReadPosition) return answer;
+    const bool silent = answer.unanswered && answer.error != ErrorKind::kException;
+    silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
+    if (silent_in_a_row_ >= kGone) answering_ = false;
+    return answer;
+  }
   // The link was lost during this request; empty: during none.
-  void OnLinkLost(Bytes request);
+  void OnLinkLost(Bytes request) {
+    const std::optional<Request> asked = ParseRequest(request);
+    if (asked && asked->writes()) OnWrite(*asked);
+    answering_ = false;
+    silent_in_a_row_ = 0;
+  }
 
   // Returns whether good replies come: the last exchanges were not all silent.
   [[nodiscard]] bool answering() const { return answering_; }
 
  private:
-  void OnWrite(const Request& asked);
-  void OnPosition(const Answer& answer, const Event& event);
+  // The request may have been executed, whatever the reply was.
+  void OnWrite(const Request& asked) {
+    output_.OnNonVolatileWrite();
+    if (asked.function == kSetAddress) new_address_ = asked.new_address;
+    if (!asked.moves_datum() || datum_changing_) return;
+    datum_changing_ = true;
+    output_.OnDatumChanging(true);
+  }
+  void OnPosition(const Answer& answer, const Event& event) {
+    if (new_address_ && answer.asked.address == *new_address_) connection_.address = *new_address_;
+    if (answer.asked.address != connection_.address) return;
+    new_address_.reset();
+    answering_ = true;
+    if (datum_changing_) {
+      datum_changing_ = false;
+      output_.OnDatumChanging(false);
+      output_.OnJump();
+    }
+    Sample sample;
+    LineFormat present = wire_;
+    if (wire_.baud > 0) present.baud = connection_.port_baud;
+    sample.at = SamplingInstant(event, present.ShortestCharacter());
+    sample.counts = answer.reply.counts;
+    output_.OnSample(sample);
+  }
 
   // The number of consecutive exchanges without a reply after which the encoder counts as gone.
   static constexpr int kGone = 2;

@@ -1,5 +1,5 @@
 // set_address, query_address and read_position against the simulated encoder: SAA manual 5.1.7 (5) 3 and 4.
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 #include <gmock/gmock.h>
 

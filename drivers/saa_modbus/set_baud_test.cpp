@@ -1,5 +1,5 @@
 // set_baud against the simulated encoder, in virtual time: SAA manual 5.1.7 (2) and (5) 5.
-#include "drivers/saa_modbus/procedures.h"
+#include "drivers/saa_modbus/operations.h"
 
 #include <gmock/gmock.h>
 

@@ -1,9 +1,7 @@
 #include "drivers/tsubaki_sc/register_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <cstring>
 
 namespace axlecast::tsubaki_sc {
 namespace {
@@ -19,18 +17,9 @@ constexpr std::size_t Place(std::size_t index, CharacterOrder order) {
 }  // namespace
 
 const char* ExceptionName(std::uint8_t code) {
-  switch (code) {
-    case 0x01:
-      return "function error";
-    case 0x02:
-      return "address error";
-    case 0x03:
-      return "data error";
-    case kLoginError:
-      return "login error";
-    default:
-      return "unknown error";
-  }
+  constexpr std::array<const char*, 5> kNames = {"unknown error", "function error", "address error", "data error",
+                                                 "login error"};
+  return kNames.at(code < kNames.size() ? code : 0);
 }
 
 std::optional<LogPlace> LogHolding(const Block& data) {

@@ -158,7 +158,7 @@ TEST(LcmGroup, ItsFileIsReadableWhileThereIsWork) {
   pollfd readable = {port.FileDescriptor(), POLLIN, 0};
   EXPECT_EQ(poll(&readable, 1, 0), 0);
   for (int i = 0; i < 3'000; ++i) port.Publish("A", kMessage);
-  // One call handles a bounded number; the file says that there is more.
+  // One call handles a bounded number; the file stays readable while there is more.
   while (poll(&readable, 1, received.size() < 3'000 ? kLimitMs : 0) > 0) ASSERT_TRUE(port.Handle(0));
   EXPECT_EQ(static_cast<std::int64_t>(received.size()) + port.received().dropped, 3'000);
 }

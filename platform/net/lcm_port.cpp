@@ -41,7 +41,7 @@ std::string Escaped(const std::string& text) {
   return escaped;
 }
 
-// Judged before LCM sees it: put into a group, "a)(b" would be one, and LCM 1.3 leaks on what is none.
+// Checked here, because within a group "a)(b" would be valid, and LCM 1.3 leaks memory for an invalid expression.
 bool IsRegularExpression(const std::string& text) {
   try {
     const std::regex compiled(text);
@@ -65,12 +65,12 @@ std::string ReceptionText(const ReceptionCounts& counts, const std::string& reme
   std::string text;
   Add(text, counts.dropped, "lost because this process's receive buffer was full");
   if (counts.dropped > 0 && !remedy.empty()) text += " (" + remedy + ")";
-  Add(text, counts.outside, "from other hosts refused, because the URL says ttl=0");
-  Add(text, counts.malformed, "refused that LCM did not make");
+  Add(text, counts.outside, "from other hosts refused, because the URL has ttl=0");
+  Add(text, counts.malformed, "refused that are not of LCM");
   return text.empty() ? "" : "LCM since the start: " + text;
 }
 
-std::string ReceptionReport::Next(const ReceptionCounts& counts, MonoNs now, const std::string& remedy) {
+std::string ReceptionReport::NextLine(const ReceptionCounts& counts, MonoNs now, const std::string& remedy) {
   if (!Changed(counts) || now < next_) return "";
   next_ = now + kInterval;
   reported_ = counts;
@@ -99,7 +99,7 @@ struct LcmPort::State {
   const std::string prefix;
   std::atomic<std::int64_t> unsent{0};
   lcm_t* lcm = nullptr;
-  std::list<Subscription> subscriptions;  // by liblcm, which keeps their addresses
+  std::list<Subscription> subscriptions;  // of liblcm, which stores their addresses
   std::optional<LcmUrl> group;            // of udpm://
   ChannelSubscriptions subscribed;        // to it
   std::optional<LcmReceiver> receiver;    // of it, from the first subscription on
@@ -112,7 +112,7 @@ LcmPort::LcmPort(const std::string& url, const std::string& prefix)
   if (auto parsed = ParseLcmUrl(url); parsed && !parsed->in_process) state_->group = std::move(*parsed);
   state_->lcm = lcm_create(url.c_str());
   if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
-  // Handling such a port would abort within LCM 1.3.
+  // LCM 1.3 would abort when such a port is handled.
   if (state_->lcm != nullptr && IsOtherProvider(url) && FileDescriptor() < 0) {
     lcm_destroy(std::exchange(state_->lcm, nullptr));
     problem_ = url + ": no server answers there; liblcm's own is started by\n" +
@@ -148,7 +148,7 @@ bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacit
 
 bool LcmPort::State::SubscribeByLcm(const std::string& channel, Handler handler, int capacity) {
   subscriptions.push_back({prefix.size(), std::move(handler)});
-  // LCM puts ^ and $ around it; the group keeps an alternative within them.
+  // LCM adds ^ and $; the group keeps an alternative between them.
   const std::string pattern = Escaped(prefix) + "(?:" + channel + ')';
   lcm_subscription_t* subscription = lcm_subscribe(lcm, pattern.c_str(), &State::Dispatch, &subscriptions.back());
   if (subscription == nullptr) {
@@ -170,7 +170,7 @@ bool LcmPort::State::HandleByLcm(int timeout_ms) const {
   return handled >= 0 || errno == EINTR;  // a signal is no failure; LCM reports it as one
 }
 
-// As liblcm does, it waits on until a handler was called: messages of other channels do not end the wait.
+// As in liblcm, messages of other channels do not end the wait.
 bool LcmPort::State::HandleGroup(int timeout_ms) {
   const MonoNs deadline = clock.Now() + timeout_ms * kMillisecond;
   std::size_t called = 0;

@@ -10,37 +10,37 @@
 
 namespace axlecast {
 
-// What a process's ports received of LCM's datagrams, since the start.
+// The LCM datagrams that the ports of a process have received since the start.
 struct ReceptionCounts {
-  std::int64_t messages = 0;   // whole ones, subscribed or not
+  std::int64_t messages = 0;   // complete messages, subscribed or not
   std::int64_t dropped = 0;    // datagrams that the kernel dropped: the process's buffer was full
   std::int64_t outside = 0;    // datagrams of other hosts, refused because the URL has ttl=0, and empty datagrams
-  std::int64_t malformed = 0;  // datagrams that are not LCM's
+  std::int64_t malformed = 0;  // datagrams that are not of LCM
 
   ReceptionCounts& operator+=(const ReceptionCounts& other);
   bool operator==(const ReceptionCounts&) const = default;
 };
 
-// What must be reported of them, at most once in 10 s.
+// Reports losses and refused datagrams, at most once in 10 s.
 class ReceptionReport {
  public:
   static constexpr MonoNs kInterval = 10 * kSecond;
 
-  // Cheap: something was lost or refused since the last line.
+  // Returns true if something was lost or refused since the last line. Cheap.
   [[nodiscard]] bool Changed(const ReceptionCounts& counts) const {
     return counts.dropped != reported_.dropped || counts.outside != reported_.outside ||
            counts.malformed != reported_.malformed;
   }
 
-  // Empty, or one line. `remedy` is a port's warning() that its buffer is smaller than it asked for, or empty.
-  [[nodiscard]] std::string Next(const ReceptionCounts& counts, MonoNs now, const std::string& remedy = "");
+  // Returns a line to log now, or no text. `remedy`: LcmPort::warning().
+  [[nodiscard]] std::string NextLine(const ReceptionCounts& counts, MonoNs now, const std::string& remedy = "");
 
  private:
   ReceptionCounts reported_;
   MonoNs next_ = 0;
 };
 
-// "3 datagrams were lost because …"; empty when nothing is to be reported.
+// Returns "LCM since the start: 3 datagrams lost because …", or no text if nothing was lost or refused.
 [[nodiscard]] std::string ReceptionText(const ReceptionCounts& counts, const std::string& remedy);
 
 // The only place that touches liblcm. Publishing is thread-safe; subscribing and handling belong to one thread.
@@ -52,7 +52,7 @@ class LcmPort final : public MessageSink {
  public:
   using Handler = std::function<void(const std::string& channel, Bytes message)>;
 
-  // `prefix` is put before every channel that is published or subscribed, and taken off again for handlers.
+  // `prefix` is added to every channel that is published or subscribed, and removed for handlers.
   LcmPort(const std::string& url, const std::string& prefix);
   ~LcmPort() override;
   LcmPort(const LcmPort&) = delete;
@@ -70,15 +70,15 @@ class LcmPort final : public MessageSink {
   // messages, which drops the newest beyond it.
   bool Subscribe(const std::string& channel, Handler handler, int capacity = 10'000);
 
-  // Calls handlers for what has come; waits at most `timeout_ms` for the first message of a subscribed channel. False when
-  // the port failed.
+  // Calls the handlers for received messages. Waits at most `timeout_ms` for the first message of a subscribed channel. Returns
+  // false if the port failed.
   [[nodiscard]] bool Handle(int timeout_ms);
   // Readable when Handle has work. -1 over udpm:// before the first subscription.
   [[nodiscard]] int FileDescriptor() const;
 
-  // What was received over udpm://, what the kernel dropped and what was refused; thread-safe. Zero with other providers.
+  // Counts of udpm://; zero with other providers. Thread-safe.
   [[nodiscard]] ReceptionCounts received() const;
-  // Returns a text if the receive buffer is smaller than requested, with the commands that fix it; otherwise empty.
+  // Returns a warning with the commands that fix it if the receive buffer is smaller than requested; otherwise no text.
   [[nodiscard]] std::string warning() const;
 
   // Messages that could not be sent since the start: the system refused them, or their channel's name is too long.

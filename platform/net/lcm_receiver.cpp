@@ -74,7 +74,7 @@ std::size_t LcmReceiver::Read(const Sink& sink) {
 void LcmReceiver::Count(MonoNs now) {
   messages_ = receiver_.received();
   outside_ = port_.outside();
-  malformed_ = receiver_.foreign() - port_.outside();
+  malformed_ = receiver_.malformed() - port_.outside();
   if (now < next_count_) return;
   next_count_ = now + kCountDrops;
   dropped_ = port_.Dropped();

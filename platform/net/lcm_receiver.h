@@ -16,14 +16,14 @@
 
 namespace axlecast {
 
-// Who is to be called for which channels. Which patterns match a name is remembered for the newest names, in a table of
-// fixed size: a name that falls out of it costs time, never a message. One thread.
+// The handlers of the subscribed channels. The matching patterns of the newest names are stored in a table of fixed size. A name
+// that is not in the table costs time, but no message is lost. Used by one thread.
 class ChannelSubscriptions {
  public:
   using Handler = std::function<void(const std::string& channel, Bytes message)>;
   static constexpr std::size_t kRememberedNames = 1'024;
 
-  // `prefix` is put before every pattern as text, and taken off the names that handlers see.
+  // `prefix` is added to every pattern as text, and removed from the names for handlers.
   explicit ChannelSubscriptions(std::string prefix) : prefix_(std::move(prefix)) {}
 
   // `pattern` is a regular expression (ECMAScript) over the whole name behind the prefix. Returns false if it is
@@ -34,7 +34,7 @@ class ChannelSubscriptions {
   std::size_t Dispatch(std::string_view channel, Bytes message);
 
   [[nodiscard]] bool empty() const { return subscriptions_.empty(); }
-  [[nodiscard]] std::size_t memory() const;  // bytes of the remembered names, about
+  [[nodiscard]] std::size_t memory() const;  // approximate bytes of the stored names
 
  private:
   struct Subscription {
@@ -42,7 +42,7 @@ class ChannelSubscriptions {
     Handler handler;
   };
   struct Remembered {
-    std::string channel;                  // with the prefix; empty: nothing yet
+    std::string channel;                  // with the prefix; empty: unused
     std::string name;                     // without it
     std::vector<std::uint16_t> matching;  // in subscriptions_
   };
@@ -51,16 +51,15 @@ class ChannelSubscriptions {
 
   std::string prefix_;
   std::vector<Subscription> subscriptions_;
-  std::vector<Remembered> remembered_;  // by the name's hash
+  std::vector<Remembered> remembered_;  // by the hash of the name
 };
 
-// Receives a udpm:// URL for one process: datagrams are checked, put together and counted, in bounded memory. Sends
-// nothing. One thread, but counts() is thread-safe.
+// Receives a udpm:// URL: checks, joins and counts datagrams, in bounded memory. Sends nothing. Used by one thread, except counts().
 class LcmReceiver {
  public:
   using Sink = std::function<void(std::string_view channel, Bytes message)>;
 
-  // axlecast's own messages fit one datagram; fragments are other people's.
+  // The messages of axlecast fit one datagram. Fragments come from other programs.
   static constexpr FragmentLimits kFragments = {.total = 2U << 20, .older = 256U << 10};
   static constexpr std::size_t kPerRead = MulticastPort::kMaxPerRead;
 
@@ -70,7 +69,7 @@ class LcmReceiver {
   [[nodiscard]] const std::string& warning() const { return port_.warning(); }
   [[nodiscard]] int FileDescriptor() const { return port_.FileDescriptor(); }
 
-  // Hands over the messages of at most kPerRead datagrams that wait; returns the number of datagrams.
+  // Passes the messages of at most kPerRead waiting datagrams to `sink`. Returns the number of datagrams.
   std::size_t Read(const Sink& sink);
 
   [[nodiscard]] ReceptionCounts counts() const;

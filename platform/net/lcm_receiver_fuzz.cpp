@@ -1,4 +1,4 @@
-// Any names against a few patterns: what is remembered of a name must never differ from what its pattern says, and the
+// Any names against a few patterns: the stored result of a name must never differ from its pattern, and the
 // memory stays bounded.
 #include "platform/net/lcm_receiver.h"
 

@@ -49,7 +49,7 @@ TEST_F(ChannelSubscriptionsTest, ThePrefixIsText) {
   EXPECT_THAT(calls_, ElementsAre("A"));
 }
 
-// liblcm kept about 150 bytes of every name that it ever heard: 600,000 names cost 180 MB in each process.
+// liblcm kept about 150 bytes of every name that it received: 600,000 names cost 180 MB in each process.
 TEST_F(ChannelSubscriptionsTest, HoldsNoMoreHoweverManyNamesCome) {
   ChannelSubscriptions subscriptions("");
   std::size_t wanted = 0;

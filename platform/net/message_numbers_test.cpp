@@ -1,4 +1,4 @@
-#include "platform/net/message_numbers.h"
+#include "platform/net/udpm_receiver.h"
 
 #include <gtest/gtest.h>
 

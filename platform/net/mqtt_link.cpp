@@ -12,7 +12,6 @@
 #include <cstring>
 #include <utility>
 
-#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -24,10 +23,10 @@ struct Destroy {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
 };
 
-// What a broker says to the attempt to connect, with what mends it where that is known.
+// Returns why a broker refused the connection, with the remedy if it is known.
 std::string RefusalText(int code, bool version_5) {
   if (version_5 && code == MQTT_RC_UNSUPPORTED_PROTOCOL_VERSION) {
-    return "the broker does not speak MQTT 5: set protocol: 3.1.1";
+    return "the broker does not support MQTT 5: set protocol: 3.1.1";
   }
   const std::string reason = version_5 ? mosquitto_reason_string(code) : mosquitto_connack_string(code);
   const bool credentials =
@@ -43,7 +42,7 @@ std::string DisconnectText(int code) {
   return std::string("the broker ends the connection: ") + mosquitto_reason_string(code);
 }
 
-// Of a host's addresses, in the order in which they should be tried; none when it is not known.
+// Returns the families of the addresses of a host, in the order in which to try them; none if the host is unknown.
 std::vector<int> FamiliesOf(const std::string& host) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
@@ -59,12 +58,12 @@ std::vector<int> FamiliesOf(const std::string& host) {
   return families;
 }
 
-// Why a socket that hangs up is of no use; empty while there may be something to read.
-std::string SocketProblem(int socket) {
+// Returns why a socket hung up; no text while there may be something to read.
+std::string HangUpText(int socket) {
   int error = 0;
   socklen_t size = sizeof error;
   if (getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) == 0 && error != 0) return std::strerror(error);
-  // OpenSSL has taken the error of a connection that was refused at once, and libmosquitto does not tell it.
+  // OpenSSL has consumed the error of a connection that was refused at once, and libmosquitto does not report it.
   sockaddr_storage peer{};
   size = sizeof peer;
   const bool connected = getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) == 0;
@@ -86,7 +85,7 @@ Result<> CheckFile(const std::string& file, bool secret) {
 
 }  // namespace
 
-// One life of libmosquitto's client: from a Connect to its end.
+// A client of libmosquitto, from Connect to its end.
 struct MqttLink::Client {
   explicit Client(MqttLink& owner)
       : link(owner), handle(mosquitto_new(owner.settings_.client_id.c_str(), true, this)) {
@@ -105,7 +104,7 @@ struct MqttLink::Client {
                                       });
     mosquitto_disconnect_v5_callback_set(handle.get(),
                                          [](mosquitto*, void* self, int code, const mosquitto_property*) {
-                                           // Codes below are libmosquitto's own, and told by the call that found out.
+                                           // Lower codes are of libmosquitto itself, and returned by the call that failed.
                                            if (code >= MQTT_RC_UNSPECIFIED)
                                              static_cast<Client*>(self)->link.Down(DisconnectText(code));
                                          });
@@ -131,7 +130,7 @@ struct MqttLink::Client {
 
   MqttLink& link;
   std::unique_ptr<mosquitto, Destroy> handle;
-  std::string error;  // the newest that libmosquitto told of, as OpenSSL's
+  std::string error;  // the newest of libmosquitto, such as those of OpenSSL
 };
 
 MqttLink::MqttLink(MqttLinkSettings settings, SecretSource& secrets)
@@ -153,8 +152,8 @@ void MqttLink::Connect(const BrokerMessage& will) {
                                      settings_.keep_alive_s, NextFamily()));
 }
 
-// libmosquitto tries a name's first address only, which nobody may listen at: it takes the first one to which the
-// address that it is to bind could connect.
+// libmosquitto tries only the first address of a name to which the bound address can connect. The bound address therefore
+// selects the family.
 const char* MqttLink::NextFamily() {
   const std::vector<int> families = FamiliesOf(settings_.host);
   const std::size_t attempt = settings_.attempts++;
@@ -162,7 +161,6 @@ const char* MqttLink::NextFamily() {
   return families[attempt % families.size()] == AF_INET6 ? "::" : "0.0.0.0";
 }
 
-// Empty, or why nothing can be tried.
 Result<> MqttLink::Prepare(const BrokerMessage& will) {
   mosquitto* const client = client_->handle.get();
   if (client == nullptr) return Failure(std::string("libmosquitto: ") + std::strerror(errno));
@@ -206,7 +204,7 @@ int MqttLink::Send(const BrokerMessage& message) {
                         message.payload.data(), kQos, message.retain);
   if (result == MOSQ_ERR_OVERSIZE_PACKET || result == MOSQ_ERR_RETAIN_NOT_SUPPORTED ||
       result == MOSQ_ERR_QOS_NOT_SUPPORTED || result == MOSQ_ERR_PAYLOAD_SIZE) {
-    id = --refused_;  // libmosquitto has given it no number
+    id = --refused_;  // libmosquitto has not numbered it
     events_.push_back({BrokerEvent::Kind::kRefused, id, mosquitto_strerror(result)});
   } else {
     Check(result);
@@ -218,7 +216,7 @@ std::vector<BrokerEvent> MqttLink::Poll() {
   if (client_ && !down_) Check(mosquitto_loop_misc(client_->handle.get()));
   if (pollfd waiting = Waiting(); waiting.fd >= 0 && poll(&waiting, 1, 0) > 0) {
     if ((waiting.revents & (POLLERR | POLLHUP)) != 0) {
-      if (std::string problem = SocketProblem(waiting.fd); !problem.empty()) Down(std::move(problem));
+      if (std::string text = HangUpText(waiting.fd); !text.empty()) Down(std::move(text));
     }
     if (!down_) Check(mosquitto_loop_read(client_->handle.get(), 1));
     if (!down_ && mosquitto_want_write(client_->handle.get()))

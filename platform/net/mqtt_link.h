@@ -21,7 +21,7 @@ struct MqttLinkSettings {
   std::string user;      // empty: none
   SecretPlace password;  // read at each Connect
   bool tls = false;
-  std::string ca;  // PEM files; empty: the system's certificates, none, none
+  std::string ca;  // PEM files; if empty: the certificates of the system, none, none
   std::string certificate;
   std::string key;
   int keep_alive_s = 15;  // a broker that is silent for twice as long is down
@@ -29,8 +29,8 @@ struct MqttLinkSettings {
       0;  // before this one, that did not end in a connection: they choose among a name's addresses
 };
 
-// The only place that touches libmosquitto. Messages go with QoS 1, and nothing is ever subscribed. A broker can end the
-// process that holds it: tools/axlecast/run/mqtt_process.h gives it one of its own.
+// The only place that uses libmosquitto. Messages are sent with QoS 1, and nothing is subscribed. A broker can crash the process
+// that uses this class, so tools/axlecast/run/mqtt_process.h runs it in a separate process.
 class MqttLink final : public BrokerLink {
  public:
   MqttLink(MqttLinkSettings settings, SecretSource& secrets);
@@ -44,7 +44,7 @@ class MqttLink final : public BrokerLink {
   [[nodiscard]] int Send(const BrokerMessage& message) override;
   [[nodiscard]] std::vector<BrokerEvent> Poll() override;
 
-  // What Poll waits for; fd -1 without a connection.
+  // Returns what to wait for before Poll; fd -1 without a connection.
   [[nodiscard]] pollfd Waiting() const;
 
  private:
@@ -60,7 +60,7 @@ class MqttLink final : public BrokerLink {
   std::unique_ptr<Client> client_;
   std::vector<BrokerEvent> events_;
   bool down_ = true;
-  int refused_ = 0;  // counts downwards: numbers of messages that were not even sent
+  int refused_ = 0;  // counts downwards: numbers of messages that were not sent
 };
 
 // Fails if a file or the password of the settings cannot be used.

@@ -17,9 +17,6 @@
 #include <ctime>
 #include <vector>
 
-#include "core/base/result.h"
-#include "core/messages/lcm_url.h"
-#include "platform/os/descriptor.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -35,7 +32,7 @@ bool SetOption(int fd, int level, int name, const T& value) {
   return setsockopt(fd, level, name, &value, sizeof value) == 0;
 }
 
-// us, UNIX time of the kernel's stamp; nothing reached us without one since SO_TIMESTAMPNS is set.
+// Returns the timestamp of the kernel, UNIX time in us. Every datagram has one, because SO_TIMESTAMPNS is set.
 std::int64_t StampOf(msghdr& message) {
   for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
@@ -46,10 +43,10 @@ std::int64_t StampOf(msghdr& message) {
   return 0;
 }
 
-// Cuts datagrams of other hosts to nothing. The kernel marks what it loops back (PACKET_LOOPBACK), where the group's route
-// leads to a network; where it leads to lo, no other host can reach that interface. The checksum was verified before.
+// Truncates datagrams of other hosts to no bytes. If the route of the group leads to a network, the kernel marks looped-back
+// copies (PACKET_LOOPBACK). If it leads to lo, no other host can reach the interface. The checksum was verified before.
 bool TakeOnlyOwnHost(int fd) {
-  constexpr std::uint32_t kUdpHeader = 8;  // what remains of those of others
+  constexpr std::uint32_t kUdpHeader = 8;  // what remains of other datagrams
   constexpr auto kExtra = static_cast<std::uint32_t>(SKF_AD_OFF);
   std::array<sock_filter, 6> steps = {{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kExtra + SKF_AD_PKTTYPE),
                                        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, PACKET_LOOPBACK, 2, 0),
@@ -66,19 +63,17 @@ constexpr std::size_t kTokenAt = 22;  // in a self test: behind header, channel 
 
 std::string MulticastRemedy(const std::string& cause) {
   return "multicast on this host is not usable: " + cause +
-         "\nMend it (as root), for LCM within this host:\n"
+         "\nFix it (as root), for LCM within this host:\n"
          "  ip link set lo up multicast on\n"
          "  ip route add 224.0.0.0/4 dev lo\n"
          "A firewall must let the group's UDP port pass.";
 }
 
-std::string SystemProblem(const char* action) {
-  return MulticastRemedy(std::string(action) + ": " + std::strerror(errno));
-}
+std::string SystemProblem(const char* action) { return MulticastRemedy(Failed(action)); }
 
 using SelfTestDatagram = std::array<std::uint8_t, 30>;
 
-// What every LCM process sends itself when it first subscribes; others know it and pass over it.
+// Every LCM process sends this to itself when it first subscribes. Other processes ignore it.
 SelfTestDatagram SelfTest() {
   SelfTestDatagram datagram{'L', 'C', '0', '2', 0, 0, 0, 0};  // short header, sequence number 0
   std::memcpy(datagram.data() + 8, "LCM_SELF_TEST", 14);
@@ -86,25 +81,34 @@ SelfTestDatagram SelfTest() {
   return datagram;
 }
 
-// Joins the group like any LCM process.
-Result<> JoinGroup(int receiver, const sockaddr_in& group) {
-  const int on = 1;
-  if (setsockopt(receiver, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) != 0)
-    return Failure(SystemProblem("SO_REUSEADDR"));
-  if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
-                   "; another program holds it without sharing (ss -ulpn shows which)");
-  }
-  ip_mreq membership{};
-  membership.imr_multiaddr = group.sin_addr;
-  if (setsockopt(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) {
-    return Failure(SystemProblem("joining the group"));
-  }
-  return {};
+sockaddr_in GroupOf(const LcmUrl& url) {
+  sockaddr_in group{};
+  group.sin_family = AF_INET;
+  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
+  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
+  return group;
 }
 
-// Leaves the group's traffic out, which would fill the socket's buffer before the self test comes. A kernel that cannot
-// leaves it in.
+// Joins the group like any LCM process. Binds last: otherwise the port could receive one or two messages before it is set up,
+// and then none until it has joined.
+Result<> JoinGroup(int receiver, const LcmUrl& url) {
+  const int on = 1;
+  const int off = 0;
+  const sockaddr_in group = GroupOf(url);
+  ip_mreq membership{};
+  membership.imr_multiaddr = group.sin_addr;
+  if (!SetOption(receiver, SOL_SOCKET, SO_REUSEADDR, on)) return Failure(SystemProblem("SO_REUSEADDR"));
+  if (!SetOption(receiver, IPPROTO_IP, IP_MULTICAST_ALL, off) ||
+      !SetOption(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
+    return Failure(SystemProblem("joining the group"));
+  }
+  if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) == 0) return {};
+  return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
+                 "; another program holds it without sharing (ss -ulpn shows which)");
+}
+
+// Drops the other traffic of the group, which could fill the buffer of the socket before the self test arrives. Without support
+// of the kernel, nothing is dropped.
 void TakeOnly(int receiver, const SelfTestDatagram& datagram) {
   constexpr std::uint32_t kUdpHeader = 8;
   std::uint32_t token = 0;
@@ -113,10 +117,10 @@ void TakeOnly(int receiver, const SelfTestDatagram& datagram) {
                                        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohl(token), 0, 1),
                                        BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF), BPF_STMT(BPF_RET | BPF_K, 0)}};
   const sock_fprog program{steps.size(), steps.data()};
-  static_cast<void>(setsockopt(receiver, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program));
+  static_cast<void>(SetOption(receiver, SOL_SOCKET, SO_ATTACH_FILTER, program));
 }
 
-bool Comes(int receiver, const SelfTestDatagram& datagram) {
+bool Arrives(int receiver, const SelfTestDatagram& datagram) {
   const SystemClock clock;
   const MonoNs deadline = clock.Now() + kProbeTime;
   std::array<pollfd, 1> files = {{{receiver, POLLIN, 0}}};
@@ -132,26 +136,22 @@ bool Comes(int receiver, const SelfTestDatagram& datagram) {
 }
 
 Result<> ProbeGroup(const LcmUrl& url) {
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
-  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
-
+  const sockaddr_in group = GroupOf(url);
   const Descriptor receiver(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const Descriptor sender(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!receiver.valid() || !sender.valid()) return Failure(SystemProblem("opening a socket"));
   const SelfTestDatagram datagram = SelfTest();
   TakeOnly(receiver.get(), datagram);
-  if (Result<> done = JoinGroup(receiver.get(), group); !done) return done;
+  if (Result<> done = JoinGroup(receiver.get(), url); !done) return done;
   const auto ttl = static_cast<unsigned char>(url.ttl);
-  if (setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl) != 0) {
+  if (!SetOption(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, ttl)) {
     return Failure(SystemProblem("IP_MULTICAST_TTL"));
   }
   if (sendto(sender.get(), datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&group),
              sizeof group) < 0) {
     return Failure(SystemProblem("sending to the group"));
   }
-  if (Comes(receiver.get(), datagram)) return {};
+  if (Arrives(receiver.get(), datagram)) return {};
   return Failure(MulticastRemedy("a datagram to " + url.group + " did not come back within 1 s"));
 }
 
@@ -179,7 +179,7 @@ struct MulticastPort::Buffers {
     alignas(cmsghdr) std::array<std::uint8_t, kControlSize> bytes;
   };
 
-  std::unique_ptr<std::uint8_t[]> bytes;  // not cleared: what no datagram has filled takes no memory
+  std::unique_ptr<std::uint8_t[]> bytes;  // not cleared: unused parts take no memory
   std::vector<iovec> places;
   std::vector<sockaddr_in> senders;
   std::vector<Control> control;
@@ -196,36 +196,18 @@ MulticastPort::MulticastPort(const LcmUrl& url)
     return;
   }
   SetBuffer(url.recv_buf_size > 0 ? url.recv_buf_size : kDefaultBuffer);
-  Join(url);
+  const int on = 1;
+  if (!SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
+      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
+    problem_ = Failed("a socket option of LCM's port cannot be set");
+    return;
+  }
+  problem_ = ErrorText(JoinGroup(socket_.get(), url));
 }
 
 MulticastPort::~MulticastPort() = default;
 MulticastPort::MulticastPort(MulticastPort&&) noexcept = default;
 MulticastPort& MulticastPort::operator=(MulticastPort&&) noexcept = default;
-
-void MulticastPort::Join(const LcmUrl& url) {
-  const int on = 1;
-  const int off = 0;
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
-  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
-  ip_mreq membership{};
-  membership.imr_multiaddr = group.sin_addr;
-  // Bind last: otherwise the port could receive one or two messages before it is set up, and then none until it has joined.
-  if (!SetOption(socket_.get(), SOL_SOCKET, SO_REUSEADDR, on) ||
-      !SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
-      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
-    problem_ = Failed("a socket option of LCM's port cannot be set");
-  } else if (!SetOption(socket_.get(), IPPROTO_IP, IP_MULTICAST_ALL, off) ||
-             !SetOption(socket_.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
-    problem_ = Failed("the group " + url.group + " cannot be joined") +
-               "; within this host (as root): ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo";
-  } else if (bind(socket_.get(), reinterpret_cast<const sockaddr*>(&group), sizeof group) != 0) {
-    problem_ = Failed("the port of LCM cannot be used") +
-               "; another program holds it without sharing (ss -ulpn shows which)";
-  }
-}
 
 void MulticastPort::SetBuffer(std::int64_t bytes) {
   const int wanted = static_cast<int>(bytes);

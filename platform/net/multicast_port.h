@@ -12,38 +12,38 @@
 
 namespace axlecast {
 
-// The only place that receives LCM's datagrams: with their senders and the kernel's times, and with what the kernel
-// dropped. It takes only what was sent to the group, never a datagram to this host's own address. With ttl=0 it takes only
-// what this host sent: the kernel itself reports it (a looped-back copy, or a datagram from lo), not the sender's
-// address, which can be forged. Read-only: it sends nothing. One thread.
+// The only place that receives the datagrams of LCM, with their senders, the timestamps of the kernel, and the count of datagrams
+// that the kernel dropped. It receives only what was sent to the group, never a datagram to the address of this host. With ttl=0,
+// it receives only what this host sent. The kernel determines this (a looped-back copy, or a datagram from lo), not the address
+// of the sender, which can be forged. It sends nothing. Used by one thread.
 class MulticastPort {
  public:
-  static constexpr std::size_t kMaxPerRead = 16;  // 1 MiB of room: a flood of the longest ones cannot touch more
+  static constexpr std::size_t kMaxPerRead = 16;            // 1 MiB of memory at most, even for the longest ones
   static constexpr std::int64_t kDefaultBuffer = 32 << 20;  // bytes, unless the URL has recv_buf_size
 
   struct Received {
     SenderAddress sender;
-    // us, UNIX time at which the kernel received it. Where no other socket of the host asks for such times, the kernel
-    // begins with them a moment after the port was opened; what came before bears the time at which it was read.
+    // us, UNIX time of the reception by the kernel. If no other socket of the host requests timestamps, the kernel begins with
+    // them shortly after the port was opened. Earlier datagrams have the time at which they were read.
     std::int64_t utime = 0;
     Bytes bytes;  // until the next Read
   };
 
-  // `url` is a good udpm:// URL. Datagrams of other groups on its port are not received. At most kMaxPerRead
+  // `url` is a valid udpm:// URL. Datagrams of other groups on its port are not received. At most kMaxPerRead
   // datagrams are read at once, each with 64 KiB of room, which costs memory only as far as datagrams have filled it.
   explicit MulticastPort(const LcmUrl& url);
   ~MulticastPort();
   MulticastPort(MulticastPort&&) noexcept;
   MulticastPort& operator=(MulticastPort&&) noexcept;
 
-  // Empty when the port works, else the cause and the remedy.
+  // The cause and the remedy if the port does not work. Empty: it works.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   // Returns a text if the buffer is smaller than requested, with the commands that fix it; otherwise empty.
   [[nodiscard]] const std::string& warning() const { return warning_; }
   [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
 
-  // The datagrams that wait, at most kMaxPerRead; does not wait, allocates nothing. One that
-  // another host sent although ttl=0 is empty.
+  // Returns the waiting datagrams, at most kMaxPerRead. Does not wait, and allocates nothing. With ttl=0, a datagram of another
+  // host is empty.
   [[nodiscard]] std::span<const Received> Read();
 
   // Datagrams that the kernel has dropped at this socket, up to now: because its buffer was full, or because they were damaged.
@@ -54,12 +54,11 @@ class MulticastPort {
  private:
   struct Buffers;
 
-  void Join(const LcmUrl& url);
   void SetBuffer(std::int64_t bytes);
 
   Descriptor socket_;
   std::unique_ptr<Buffers> buffers_;
-  std::uint32_t drop_counter_ = 0;  // the kernel's, which wraps around
+  std::uint32_t drop_counter_ = 0;  // of the kernel; wraps around
   std::int64_t dropped_ = 0;
   bool own_host_only_;
   std::int64_t outside_ = 0;

@@ -1,11 +1,64 @@
 #include "platform/net/udpm_receiver.h"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
-#include <variant>
 
 namespace axlecast {
+
+std::int64_t MessageNumbers::Behind(std::uint32_t number) const {
+  return static_cast<std::int32_t>(next_ - number);
+}
+
+bool MessageNumbers::Came(std::uint32_t number) const {
+  const std::uint32_t slot = number % kRemembered;
+  return (came_[slot / 64] >> (slot % 64) & 1) != 0;
+}
+
+void MessageNumbers::Mark(std::uint32_t number, bool came) {
+  const std::uint32_t slot = number % kRemembered;
+  const std::uint64_t bit = std::uint64_t{1} << (slot % 64);
+  came_[slot / 64] = came ? came_[slot / 64] | bit : came_[slot / 64] & ~bit;
+}
+
+void MessageNumbers::Begin(std::uint32_t number) {
+  started_ = true;
+  next_ = number;
+  span_ = 0;
+}
+
+void MessageNumbers::Advance(std::int64_t ahead) {
+  lost_ += ahead;
+  span_ = std::min(span_ + ahead, kRemembered);
+  next_ += static_cast<std::uint32_t>(ahead);
+  for (std::int64_t i = 1; i <= std::min(ahead, kRemembered); ++i)
+    Mark(next_ - static_cast<std::uint32_t>(i), false);
+}
+
+// Makes `number` one of the stored numbers, or one before the begin.
+void MessageNumbers::Place(std::uint32_t number, std::int64_t utime) {
+  const std::int64_t behind = Behind(number);
+  const bool restarted = number == 0 && behind > 0 && utime - last_utime_ >= kSilenceUs;
+  if (!started_ || restarted || behind > span_ + kStragglers || behind <= -kFarthestAhead) Begin(number);
+  last_utime_ = utime;
+  if (const std::int64_t now_behind = Behind(number); now_behind <= 0) Advance(1 - now_behind);
+}
+
+void MessageNumbers::Receive(std::uint32_t number, std::int64_t utime) {
+  Place(number, utime);
+  if (Behind(number) > span_) return;
+  if (Came(number)) {
+    ++repeated_;
+    return;
+  }
+  --lost_;
+  Mark(number, true);
+}
+
+bool MessageNumbers::Await(std::uint32_t number, std::int64_t utime) {
+  Place(number, utime);
+  return Behind(number) <= span_ && !Came(number);
+}
+
 namespace {
 
 constexpr std::uint32_t kShortMagic = 0x4c433032;     // "LC02"
@@ -19,7 +72,7 @@ std::uint32_t Read16(Bytes bytes, std::size_t at) {
 
 std::uint32_t Read32(Bytes bytes, std::size_t at) { return Read16(bytes, at) << 16 | Read16(bytes, at + 2); }
 
-// Takes the channel and its NUL off the front.
+// Removes the channel and its NUL from the front.
 std::optional<std::string_view> TakeChannel(Bytes& rest) {
   const auto end = std::find(rest.begin(), rest.end(), std::uint8_t{0});
   const auto size = static_cast<std::size_t>(end - rest.begin());
@@ -39,7 +92,7 @@ std::optional<UdpmPacket> ParseShort(Bytes datagram) {
   return packet;
 }
 
-// Every fragment but the first brings bytes, and none goes beyond the message.
+// Every fragment except the first has bytes, and no fragment exceeds the message.
 bool IsConsistent(const FragmentPacket& packet) {
   if (packet.number >= packet.count || packet.size > kLargestMessage || packet.offset > packet.size) return false;
   if (packet.payload.size() > packet.size - packet.offset) return false;
@@ -67,7 +120,7 @@ std::optional<UdpmPacket> ParseFragment(Bytes datagram) {
   return packet;
 }
 
-constexpr std::size_t kPieceCost = 128;    // bytes beside its content: a node, an allocation
+constexpr std::size_t kPieceCost = 128;    // bytes in addition to its content: a node, an allocation
 constexpr std::size_t kPartialCost = 384;  // two nodes
 
 }  // namespace
@@ -100,7 +153,7 @@ std::optional<FragmentStore::Message> FragmentStore::Add(const SenderAddress& se
   std::optional<Message> whole;
   if (partial.pieces.size() == partial.count) {
     whole = Join(partial);
-    GiveUp(found);
+    Drop(found);
   }
   MakeRoom();
   return whole;
@@ -113,12 +166,12 @@ void FragmentStore::Grow(Partial& partial, std::size_t bytes) {
 }
 
 void FragmentStore::MakeRoom() {
-  while (older_memory_ > limits_.older) GiveUp(partials_.find(older_.front()));
+  while (older_memory_ > limits_.older) Drop(partials_.find(older_.front()));
   while (memory_ > limits_.total) {
     const auto largest = std::max_element(newest_.begin(), newest_.end(), [](const auto& one, const auto& other) {
       return one.second->second.memory < other.second->second.memory;
     });
-    GiveUp(largest != newest_.end() ? largest->second : partials_.find(older_.front()));
+    Drop(largest != newest_.end() ? largest->second : partials_.find(older_.front()));
   }
 }
 
@@ -139,7 +192,7 @@ void FragmentStore::MoveToOlder(Partials::iterator partial) {
 FragmentStore::Partials::iterator FragmentStore::Find(const Key& key, const FragmentPacket& packet, MonoNs now) {
   auto found = partials_.find(key);
   if (found != partials_.end() && Contradicts(found->second, packet)) {
-    GiveUp(found);
+    Drop(found);
     found = partials_.end();
   }
   if (found != partials_.end()) return found;
@@ -163,7 +216,7 @@ bool FragmentStore::Contradicts(const Partial& partial, const FragmentPacket& pa
          !std::equal(piece.bytes.begin(), piece.bytes.end(), packet.payload.begin(), packet.payload.end());
 }
 
-// Pieces that follow each other without a gap or an overlap, and are as long as announced.
+// Joins pieces without gaps or overlaps that have the announced size.
 std::optional<FragmentStore::Message> FragmentStore::Join(Partial& partial) {
   Message message{std::move(partial.channel), {}};
   message.data.reserve(partial.size);
@@ -175,7 +228,7 @@ std::optional<FragmentStore::Message> FragmentStore::Join(Partial& partial) {
   return message;
 }
 
-void FragmentStore::GiveUp(Partials::iterator partial) {
+void FragmentStore::Drop(Partials::iterator partial) {
   memory_ -= partial->second.memory;
   oldest_first_.erase(partial->second.age);
   if (partial->second.older) {
@@ -191,19 +244,19 @@ void FragmentStore::Expire(MonoNs now) {
   while (!oldest_first_.empty()) {
     const auto oldest = partials_.find(oldest_first_.front());
     if (now - oldest->second.started <= kAge) return;
-    GiveUp(oldest);
+    Drop(oldest);
   }
 }
 
 void FragmentStore::Forget(const SenderAddress& sender) {
   auto partial = partials_.lower_bound({sender, 0});
-  while (partial != partials_.end() && partial->first.sender == sender) GiveUp(partial++);
+  while (partial != partials_.end() && partial->first.sender == sender) Drop(partial++);
 }
 
 void FragmentStore::Forget(const SenderAddress& sender, std::uint32_t sequence) {
   if (partials_.empty()) return;
   const auto partial = partials_.find({sender, sequence});
-  if (partial != partials_.end()) GiveUp(partial);
+  if (partial != partials_.end()) Drop(partial);
 }
 
 void FragmentStore::Clear() {
@@ -231,7 +284,7 @@ std::int64_t FragmentStore::awaited(const SenderAddress& sender) const {
 void UdpmReceiver::On(const Datagram& datagram, const Sink& sink) {
   const std::optional<UdpmPacket> packet = ParseUdpm(datagram.bytes);
   if (!packet) {
-    ++foreign_;
+    ++malformed_;
     return;
   }
   std::visit([&](const auto& kind) { OnPacket(datagram, kind, sink); }, *packet);
@@ -239,7 +292,7 @@ void UdpmReceiver::On(const Datagram& datagram, const Sink& sink) {
 
 void UdpmReceiver::OnPacket(const Datagram& datagram, const ShortPacket& packet, const Sink& sink) {
   Sender& sender = Find(datagram.sender);
-  fragments_.Forget(datagram.sender, packet.sequence);  // of another message with this number
+  fragments_.Forget(datagram.sender, packet.sequence);  // fragments of another message with this number
   Receive(sender, packet.sequence, datagram.utime);
   sink({datagram.sender, datagram.utime, packet.channel, packet.payload});
 }
@@ -278,7 +331,7 @@ void UdpmReceiver::Forget() {
   std::list<SenderAddress>& places = strangers_.empty() ? established_ : strangers_;
   const auto silent = senders_.find(places.front());
   fragments_.Forget(silent->first);
-  lost_of_forgotten_ += silent->second.numbers.lost();
+  lost_of_removed_ += silent->second.numbers.lost();
   places.pop_front();
   senders_.erase(silent);
 }
@@ -297,7 +350,7 @@ std::vector<SenderCount> UdpmReceiver::senders() const {
 }
 
 std::int64_t UdpmReceiver::lost() const {
-  std::int64_t lost = lost_of_forgotten_ - fragments_.awaited();
+  std::int64_t lost = lost_of_removed_ - fragments_.awaited();
   for (const auto& [address, sender] : senders_) lost += sender.numbers.lost();
   return lost;
 }

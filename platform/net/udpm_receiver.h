@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -14,11 +15,50 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/messages/lcm_url.h"
-#include "platform/net/message_numbers.h"
 
 namespace axlecast {
 
-// The datagrams of LCM's UDP multicast protocol (LCM 1.3.1 documentation, "UDP Multicast Protocol Description"),
+// The numbers of the messages of one sender: which were received, and how many are missing. They wrap around at 2^32.
+//
+// The first number is the begin; earlier messages are not missing. A number among the newest kRemembered is late if it was
+// missing (it is not lost any more), and otherwise repeated. A number further back, a larger jump ahead, and 0 after a silence
+// begin a new numbering, because senders of LCM start at 0.
+class MessageNumbers {
+ public:
+  static constexpr std::int64_t kRemembered = 4'096;
+  static constexpr std::int64_t kFarthestAhead = std::int64_t{1} << 24;  // consecutive lost messages
+  static constexpr std::int64_t kSilenceUs = 50'000;  // a copy by the network comes sooner, a new program later
+
+  // Counts a message that was received at `utime` (us, UNIX).
+  void Receive(std::uint32_t number, std::int64_t utime);
+
+  // Counts a part of a message: the message is lost unless Receive follows. Returns false if it was received before.
+  bool Await(std::uint32_t number, std::int64_t utime);
+
+  [[nodiscard]] std::int64_t lost() const { return lost_; }
+  [[nodiscard]] std::int64_t repeated() const { return repeated_; }
+
+ private:
+  static constexpr std::int64_t kStragglers = 64;  // late ones from before the begin
+
+  void Place(std::uint32_t number, std::int64_t utime);
+  void Begin(std::uint32_t number);
+  void Advance(std::int64_t ahead);
+  // Returns how far `number` is behind the next number; 0 or less: it is new.
+  [[nodiscard]] std::int64_t Behind(std::uint32_t number) const;
+  [[nodiscard]] bool Came(std::uint32_t number) const;
+  void Mark(std::uint32_t number, bool came);
+
+  bool started_ = false;
+  std::uint32_t next_ = 0;
+  std::int64_t span_ = 0;  // stored numbers before next_
+  std::int64_t last_utime_ = 0;
+  std::int64_t lost_ = 0;
+  std::int64_t repeated_ = 0;
+  std::array<std::uint64_t, kRemembered / 64> came_{};
+};
+
+// The datagrams of the UDP multicast protocol of LCM (LCM 1.3.1 documentation, "UDP Multicast Protocol Description"),
 // big-endian. Short: u32 0x4c433032, u32 sequence, channel, NUL, payload. Fragment: u32 0x4c433033, u32 sequence, u32
 // payload size, u32 fragment offset, u16 fragment number, u16 fragments, then (in fragment 0) channel and NUL, then the
 // fragment's payload. A sender numbers messages, not datagrams, from 0, and wraps around.
@@ -34,7 +74,7 @@ struct FragmentPacket {
   std::uint32_t offset = 0;  // of this payload in it
   std::uint16_t number = 0;  // of this fragment, from 0
   std::uint16_t count = 0;   // of fragments
-  std::string_view channel;  // in fragment 0, else empty
+  std::string_view channel;  // in fragment 0 only
   Bytes payload;
 };
 
@@ -47,15 +87,16 @@ inline constexpr std::size_t kLargestMessage = 1U << 28;  // bytes; LCM's own li
 // (no event log can hold such a message), or contradicts itself.
 [[nodiscard]] std::optional<UdpmPacket> ParseUdpm(Bytes datagram);
 
-// The memory that incomplete messages may take, in bytes. LCM's senders send the fragments of one message after those of
-// the other, so only the newest message of a sender may be long.
+// The memory limits of incomplete messages, in bytes. A sender sends the fragments of one message after those of the other, so
+// only its newest message may be long.
 struct FragmentLimits {
-  std::size_t total = 64U << 20;  // of all; also the longest message. Beyond it the largest message is given up
-  std::size_t older = 1U << 20;   // of those that are not their sender's newest; beyond it the oldest is given up
+  std::size_t total = 64U << 20;  // of all, and of the longest message. If exceeded, the largest message is dropped
+  std::size_t older =
+      1U << 20;  // of messages that are not the newest of their sender. If exceeded, the oldest is dropped
 };
 
-// Puts fragments together, in whatever order they come, in bounded memory. A message that is not whole after kAge is given
-// up. Fragments that contradict each other never make a message.
+// Joins fragments in any order, in bounded memory. A message that is incomplete after kAge is dropped. Contradictory fragments
+// never result in a message.
 class FragmentStore {
  public:
   static constexpr MonoNs kAge = 2 * kSecond;
@@ -67,17 +108,17 @@ class FragmentStore {
     std::vector<std::uint8_t> data;
   };
 
-  // `awaited`: the message counts as lost until it is whole. The message that `packet` completes.
+  // Returns the message that `packet` completes, if any. `awaited`: the message counts as lost until it is complete.
   std::optional<Message> Add(const SenderAddress& sender, const FragmentPacket& packet, MonoNs now, bool awaited);
   void Expire(MonoNs now);
   void Forget(const SenderAddress& sender);
   void Forget(const SenderAddress& sender, std::uint32_t sequence);
   void Clear();
 
-  // Awaited messages that are incomplete: of all senders, of one.
+  // Incomplete awaited messages: of all senders, of one sender.
   [[nodiscard]] std::int64_t awaited() const;
   [[nodiscard]] std::int64_t awaited(const SenderAddress& sender) const;
-  [[nodiscard]] std::size_t memory() const { return memory_; }  // bytes, about
+  [[nodiscard]] std::size_t memory() const { return memory_; }  // approximate bytes
 
  private:
   struct Key {
@@ -98,15 +139,15 @@ class FragmentStore {
     std::string channel;
     std::map<std::uint16_t, Piece> pieces;
     std::list<Key>::iterator age;
-    std::optional<std::list<Key>::iterator> older;  // its place in older_; nothing: it is its sender's newest
+    std::optional<std::list<Key>::iterator> older;  // its place in older_; nothing: it is the newest of its sender
   };
   using Partials = std::map<Key, Partial>;
 
   Partials::iterator Find(const Key& key, const FragmentPacket& packet, MonoNs now);
   [[nodiscard]] static bool Contradicts(const Partial& partial, const FragmentPacket& packet);
-  void GiveUp(Partials::iterator partial);
+  void Drop(Partials::iterator partial);
   void MakeRoom();
-  // Makes it its sender's newest message, unless a newer one is incomplete.
+  // Makes it the newest message of its sender, unless a newer one is incomplete.
   void Rank(Partials::iterator partial);
   void MoveToOlder(Partials::iterator partial);
   void Grow(Partial& partial, std::size_t bytes);
@@ -121,15 +162,15 @@ class FragmentStore {
   std::size_t older_memory_ = 0;
 };
 
-// A datagram as it came.
+// A received datagram.
 struct Datagram {
   SenderAddress sender;
-  std::int64_t utime = 0;  // us, UNIX time of the kernel's reception
+  std::int64_t utime = 0;  // us, UNIX time of the reception by the kernel
   MonoNs now = 0;          // when it was read
   Bytes bytes;
 };
 
-// A whole message.
+// A complete message.
 struct ReceivedMessage {
   SenderAddress sender;
   std::int64_t utime = 0;  // of the datagram that completed it, as in LCM
@@ -140,17 +181,17 @@ struct ReceivedMessage {
 struct SenderCount {
   SenderAddress sender;
   std::int64_t received = 0;  // messages
-  std::int64_t lost = 0;      // by the gaps in its numbers; late ones that came after all are taken back
-  std::int64_t repeated = 0;  // the network's copies, or numbers that ran back a little
+  std::int64_t lost = 0;      // by the gaps in its numbers, without late messages
+  std::int64_t repeated = 0;  // copies by the network, or numbers that ran back a little
 };
 
-// Makes messages of datagrams, whatever their order: fragments are put together in bounded memory (FragmentStore), and
-// every message that is missing by its sender's numbers is counted (MessageNumbers). Every message that came whole is
-// handed on, repeated ones too. Pure: no clock, no socket.
+// Converts datagrams in any order to messages: joins fragments in bounded memory (FragmentStore), and counts the messages that
+// are missing by the numbers of their sender (MessageNumbers). Passes on every complete message, also repeated ones. Has no
+// clock and no socket.
 class UdpmReceiver {
  public:
-  // Of kMaxSenders the one that is silent for longest is forgotten: first those of fewer than kEstablished messages, so
-  // that a flood from ever new addresses displaces no sender of the machine.
+  // If there are more than kMaxSenders, the sender that is silent for longest is removed. Senders with fewer than kEstablished
+  // messages are removed first, so that a flood from new addresses does not remove a sender of the machine.
   static constexpr std::size_t kMaxSenders = 1'024;
   static constexpr std::int64_t kEstablished = 16;
 
@@ -159,14 +200,14 @@ class UdpmReceiver {
   explicit UdpmReceiver(const FragmentLimits& limits = {}) : fragments_(limits) {}
 
   void On(const Datagram& datagram, const Sink& sink);
-  // Nothing more comes: incomplete messages are lost.
+  // Ends the reception: incomplete messages are lost.
   void End();
 
   [[nodiscard]] std::vector<SenderCount> senders() const;            // most lost first
   [[nodiscard]] std::int64_t received() const { return received_; }  // messages
-  [[nodiscard]] std::int64_t lost() const;                           // over all senders, also forgotten ones
-  [[nodiscard]] std::size_t fragment_memory() const { return fragments_.memory(); }  // bytes, about
-  [[nodiscard]] std::int64_t foreign() const { return foreign_; }  // datagrams that are none of LCM's
+  [[nodiscard]] std::int64_t lost() const;                           // of all senders, also removed ones
+  [[nodiscard]] std::size_t fragment_memory() const { return fragments_.memory(); }  // approximate bytes
+  [[nodiscard]] std::int64_t malformed() const { return malformed_; }  // datagrams that are not of LCM
 
  private:
   struct Sender {
@@ -183,12 +224,12 @@ class UdpmReceiver {
   void OnPacket(const Datagram& datagram, const FragmentPacket& packet, const Sink& sink);
 
   std::map<SenderAddress, Sender> senders_;
-  std::list<SenderAddress> strangers_;    // the one that is silent for longest first
+  std::list<SenderAddress> strangers_;    // the sender that is silent for longest is first
   std::list<SenderAddress> established_;  // likewise
   FragmentStore fragments_;
   std::int64_t received_ = 0;
-  std::int64_t foreign_ = 0;
-  std::int64_t lost_of_forgotten_ = 0;
+  std::int64_t malformed_ = 0;
+  std::int64_t lost_of_removed_ = 0;
 };
 
 }  // namespace axlecast

@@ -191,7 +191,7 @@ TEST_F(UdpmReceiverTest, AFragmentThatIsMissingIsAMessageLost) {
   EXPECT_EQ(receiver_.lost(), 1);
   EXPECT_EQ(receiver_.senders()[0].lost, 1);
   receiver_.End();
-  EXPECT_EQ(receiver_.lost(), 2) << "also the last, although no later one tells of it";
+  EXPECT_EQ(receiver_.lost(), 2) << "also the last, although no later one follows";
 }
 
 TEST_F(UdpmReceiverTest, FragmentsThatContradictEachOtherMakeNoMessage) {
@@ -225,7 +225,7 @@ TEST_F(UdpmReceiverTest, CopiesOfFragmentsChangeNothing) {
 
 TEST_F(UdpmReceiverTest, CountsWhatIsNotLcm) {
   On({1, 2, 3});
-  EXPECT_EQ(receiver_.foreign(), 1);
+  EXPECT_EQ(receiver_.malformed(), 1);
   EXPECT_TRUE(receiver_.senders().empty());
 }
 
@@ -264,7 +264,7 @@ FragmentPacket PartOf(std::uint32_t sequence, std::uint32_t part, Bytes bytes) {
   return {sequence, 1U << 20, part * 1'000, static_cast<std::uint16_t>(part), 1'000, part == 0 ? "C" : "", bytes};
 }
 
-// Beginnings of messages took 64 MB, whoever sent them.
+// Incomplete messages took 64 MB, from any sender.
 TEST(FragmentStoreTest, ASenderHasOneLongMessageAndFewOlderOnes) {
   FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 64U << 10});
   const std::vector<std::uint8_t> bytes(1'000, 1);

@@ -3,8 +3,6 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-#include <algorithm>
-#include <optional>
 #include <string>
 
 #include "core/base/result.h"
@@ -12,20 +10,11 @@
 
 namespace axlecast {
 
-// The address of a local socket: a path of limited length.
+// The address of a local socket.
 class UnixAddress {
  public:
-  // Returns nothing if the path is too long.
-  [[nodiscard]] static std::optional<UnixAddress> Of(const std::string& path) {
-    UnixAddress address;
-    if (path.size() >= sizeof(address.address_.sun_path)) return std::nullopt;
-    address.address_.sun_family = AF_UNIX;
-    std::copy(path.begin(), path.end(), address.address_.sun_path);
-    return address;
-  }
-  [[nodiscard]] static std::string TooLong(const std::string& path) {
-    return path + " is too long for a socket: set AXLECAST_RUN_DIR to a shorter directory";
-  }
+  // Fails if the path is too long.
+  [[nodiscard]] static Result<UnixAddress> Of(const std::string& path);
 
   [[nodiscard]] const sockaddr* generic() const { return reinterpret_cast<const sockaddr*>(&address_); }
   [[nodiscard]] static socklen_t size() { return sizeof(sockaddr_un); }

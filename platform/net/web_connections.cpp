@@ -40,14 +40,14 @@ std::vector<WebConnections::Id> WebConnections::ToClose(MonoNs now) {
   return ids;
 }
 
-// Of one address, or (null) of all.
+// Counts the connections of one address, or (null) of all.
 std::size_t WebConnections::Count(const std::string* address) const {
   return static_cast<std::size_t>(std::count_if(connections_.begin(), connections_.end(), [&](const auto& entry) {
     return entry.second.phase != Phase::kClosing && (address == nullptr || entry.second.address == *address);
   }));
 }
 
-// The one that has waited longest for a whole request; else the one whose answer is taken most slowly.
+// Returns the connection that has waited longest for a complete request; without one, the one with the slowest answer.
 WebConnections::Table::iterator WebConnections::Slowest(const std::string* address, MonoNs now) {
   auto slowest = connections_.end();
   for (auto i = connections_.begin(); i != connections_.end(); ++i) {

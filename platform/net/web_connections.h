@@ -9,20 +9,20 @@
 
 namespace axlecast {
 
-// The connections of a web server: who may open one, and which one takes too long. Pure: time is an argument.
+// The connections of a web server: limits their number and duration. Time is an argument.
 //
-// A connection waits for a whole request (also while TLS is agreed on, and between two requests), or its answer is on
-// the way, or it is a WebSocket. When an address or the server has as many as it may have, the one that has waited
-// longest is closed for the newcomer: those who trickle keep nobody out.
+// A connection waits for a complete request (also during the TLS handshake, and between two requests), or its answer is being
+// sent, or it is a WebSocket. If an address or the server has reached its limit, the connection that has waited longest is closed
+// for a new one. Slow clients therefore do not block others.
 class WebConnections {
  public:
   struct Limits {
     std::size_t total = 64;
-    std::size_t per_address = 32;  // of another host; this host may have all
+    std::size_t per_address = 32;  // of another host; this host has no limit
   };
-  static constexpr MonoNs kRequest = 15 * kSecond;    // for a whole request, from the accept or the answer before
+  static constexpr MonoNs kRequest = 15 * kSecond;    // for a complete request, from the accept or the last answer
   static constexpr MonoNs kAnswer = 60 * kSecond;     // for a peer to take its answer
-  static constexpr MonoNs kSlowAnswer = 5 * kSecond;  // an answer that takes longer gives way to newcomers
+  static constexpr MonoNs kSlowAnswer = 5 * kSecond;  // a slower answer may be closed for a new connection
 
   using Id = const void*;
   struct Admission {
@@ -32,7 +32,7 @@ class WebConnections {
 
   explicit WebConnections(Limits limits) : limits_(limits) {}
 
-  // Decides about a newcomer. What is to be closed counts no longer.
+  // Decides about a new connection. A connection to close is not counted any more.
   [[nodiscard]] Admission Admit(const std::string& address, MonoNs now);
   void Add(Id id, const std::string& address, MonoNs now);
   void Remove(Id id) { connections_.erase(id); }
@@ -41,7 +41,7 @@ class WebConnections {
   void OnAnswered(Id id, MonoNs now) { Enter(id, Phase::kRequest, now); }
   void OnWebSocket(Id id, MonoNs now) { Enter(id, Phase::kWebSocket, now); }
 
-  // Those to close: their deadline has passed, or Admit has named them. Named again until they are removed.
+  // Returns the connections to close: their deadline has passed, or Admit has returned them. Repeated until they are removed.
   [[nodiscard]] std::vector<Id> ToClose(MonoNs now);
 
  private:
@@ -61,8 +61,8 @@ class WebConnections {
   Table connections_;
 };
 
-// What counts as one address: a host's IPv4 address, its network of 64 bits in IPv6; "" for this host.
-// `text` as inet_ntop writes it.
+// Returns what counts as one address: the IPv4 address of a host, or its /64 network in IPv6; "" for this host. `text`: as from
+// inet_ntop.
 [[nodiscard]] std::string WebAddressKey(const std::string& text);
 
 }  // namespace axlecast

@@ -18,10 +18,10 @@
 namespace axlecast {
 namespace {
 
-// What waits in the kernel for a slow reader is old when it arrives: as little as keeps a fast one busy.
+// What waits in the kernel for a slow reader is old when it arrives. This is sufficient for a fast reader.
 constexpr int kSendBuffer = 128 << 10;
 constexpr std::size_t kChunk = 16 << 10;
-// A peer that answers nothing for so long is gone: a tablet that was carried away.
+// A peer that does not answer for this time is gone, such as a tablet out of range.
 constexpr std::uint16_t kPingSeconds = 15;
 constexpr std::uint16_t kGoneSeconds = 60;
 constexpr unsigned kRequestSeconds = 10;
@@ -65,7 +65,7 @@ WebRequest ReadRequest(lws* wsi) {
 
 MonoNs Now() { return lws_now_usecs() * kMicrosecond; }
 
-// Whom the socket's other end belongs to, as WebConnections counts.
+// Returns the address of the peer, as WebConnections counts it.
 std::string AddressOf(lws_sockfd_type socket) {
   std::array<char, 64> text{};
   sockaddr_storage peer{};
@@ -78,10 +78,10 @@ std::string AddressOf(lws_sockfd_type socket) {
   return WebAddressKey(text.data());
 }
 
-// Ends a connection as soon as the library's loop comes by.
+// Closes a connection in the next loop of the library.
 void CloseSoon(lws* wsi) { lws_set_timeout(wsi, PENDING_TIMEOUT_USER_REASON_BASE, LWS_TO_KILL_ASYNC); }
 
-// Bytes with the room before them that the library asks for.
+// Bytes with the space before them that the library requires.
 class OutBuffer {
  public:
   explicit OutBuffer(std::size_t room) : bytes_(LWS_PRE + room) {}
@@ -97,9 +97,9 @@ class OutBuffer {
 
 // One connection's state.
 struct Peer {
-  WebConnection connection = 0;  // not 0: a WebSocket that is open
+  WebConnection connection = 0;  // not 0: an open WebSocket
   WebRequest request;
-  std::string text;  // of a frame, or what is left of an answer
+  std::string text;  // of a frame, or the rest of an answer
   std::size_t sent = 0;
 };
 
@@ -149,9 +149,9 @@ struct WebServer::State {
 WebServer::State::State(WebServerSettings the_settings, WebServices& the_services)
     : settings(std::move(the_settings)),
       services(the_services),
-      connections({.total = static_cast<std::size_t>(settings.most_connections),
-                   .per_address = static_cast<std::size_t>(settings.most_per_address)}) {
-  for (auto& [name, value] : settings.headers) name += ':';  // as the library wants them
+      connections({.total = static_cast<std::size_t>(settings.max_connections),
+                   .per_address = static_cast<std::size_t>(settings.max_per_address)}) {
+  for (auto& [name, value] : settings.headers) name += ':';  // as the library requires
   timer.state = this;
   protocols[0].name = kSubprotocol;
   protocols[0].callback = &State::OnEvent;
@@ -181,7 +181,7 @@ void WebServer::State::Listen() {
                  LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
   info.timeout_secs = kRequestSeconds;
   info.keepalive_timeout = kIdleSeconds;
-  info.fd_limit_per_thread = static_cast<unsigned>(settings.most_connections + kSpareDescriptors);
+  info.fd_limit_per_thread = static_cast<unsigned>(settings.max_connections + kSpareDescriptors);
   info.retry_and_idle_policy = &liveness;
   info.alpn = "http/1.1";
   if (!settings.certificate.empty()) {
@@ -317,11 +317,11 @@ int WebServer::State::SendBody(lws* wsi, Peer& peer) {
   return 0;
 }
 
-// The library has HTTP/2 in the clear (h2c) built in, which ends in an assertion when what follows is malformed.
+// The library supports HTTP/2 without TLS (h2c), which ends in an assertion if the following bytes are malformed.
 int WebServer::State::OnUpgrade(lws* wsi) {
   const std::string protocol = Header(wsi, WSI_TOKEN_UPGRADE);
   if (strcasecmp(protocol.c_str(), "websocket") != 0) {
-    // Others than h2c the library has refused itself, before it asks.
+    // The library has already refused other protocols than h2c.
     if (strcasecmp(protocol.c_str(), "h2c") == 0)
       static_cast<void>(lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, nullptr));
     return -1;
@@ -371,9 +371,8 @@ void WebServer::State::Forget(lws* wsi) {
 
 namespace {
 
-// Why the kernel gives the address to nobody, with what to change. The library has only a number for it, in a log line.
-// Empty: it would give it.
-std::string WhyNotBound(const WebServerSettings& settings) {
+// Returns why the address cannot be bound, with the remedy, because the library only logs a number. No text: it can be bound.
+std::string BindFailureText(const WebServerSettings& settings) {
   addrinfo hints{};
   hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE;
   hints.ai_socktype = SOCK_STREAM;
@@ -381,7 +380,7 @@ std::string WhyNotBound(const WebServerSettings& settings) {
   const std::string port = std::to_string(settings.port);
   if (getaddrinfo(settings.address.c_str(), port.c_str(), &hints, &found) != 0) return "";
   const Descriptor probe(socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  const int on = 1;  // as the library has it: a port that rests after its server's end is free
+  const int on = 1;  // as in the library: a port of a server that has just ended is free
   static_cast<void>(setsockopt(probe.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on));
   const bool bound = bind(probe.get(), found->ai_addr, found->ai_addrlen) == 0 && listen(probe.get(), 1) == 0;
   const int error = bound ? 0 : errno;
@@ -406,8 +405,8 @@ std::string WhyNotBound(const WebServerSettings& settings) {
 WebServer::WebServer(const WebServerSettings& settings, WebServices& services)
     : state_(std::make_unique<State>(settings, services)) {
   if (state_->vhost != nullptr) return;
-  std::string why = WhyNotBound(settings);
-  if (why.empty()) why = LibraryErrors().empty() ? "the library does not say why" : LibraryErrors();
+  std::string why = BindFailureText(settings);
+  if (why.empty()) why = LibraryErrors().empty() ? "the library gives no reason" : LibraryErrors();
   problem_ = "cannot serve on " + settings.address + " port " + std::to_string(settings.port) + ": " + why;
   while (problem_.ends_with('\n')) problem_.pop_back();
 }

@@ -10,9 +10,9 @@
 
 namespace axlecast {
 
-// One HTTP request, as it was sent: nothing of it is trusted.
+// An HTTP request as it was sent. It is not trusted.
 struct WebRequest {
-  std::string method = {};  // "GET", "HEAD", "POST"; else what there is no answer to
+  std::string method = {};  // "GET", "HEAD" or "POST"; others are not answered
   std::string path = {};    // without the query
   std::string host = {};
   std::string origin = {};
@@ -29,14 +29,14 @@ struct WebAnswer {
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-// What a WebSocket is to do next: nothing, send a text, or close with a code.
+// The next action on a WebSocket: nothing, send a text, or close with a code.
 struct WebFrame {
   std::optional<std::string> text = std::nullopt;
   int close = 0;
   std::string reason = {};  // <= 120 bytes
 };
 
-using WebConnection = std::uint64_t;  // one WebSocket; never used again
+using WebConnection = std::uint64_t;  // one WebSocket; never reused
 
 // What a server serves. Called on its thread.
 class WebServices {
@@ -44,14 +44,14 @@ class WebServices {
   virtual ~WebServices() = default;
 
   [[nodiscard]] virtual WebAnswer OnRequest(const WebRequest& request) = 0;
-  // Whether a WebSocket may open: 0, or the HTTP status that it is refused with.
+  // Returns 0 if a WebSocket may open, or the HTTP status of the refusal.
   [[nodiscard]] virtual int OnUpgrade(const WebRequest& request) = 0;
   virtual void OnOpen(WebConnection connection) = 0;
   virtual void OnFrame(WebConnection connection, std::string_view text) = 0;
-  // Asked whenever the connection takes another frame: back-pressure is the absence of this call.
+  // Called when the connection accepts another frame; not called while it is congested.
   [[nodiscard]] virtual WebFrame NextFrame(WebConnection connection) = 0;
   virtual void OnClose(WebConnection connection) = 0;
-  // Every kTickMs. False ends the server.
+  // Called every kTickMs. Returning false ends the server.
   [[nodiscard]] virtual bool OnTick() = 0;
 };
 
@@ -60,13 +60,13 @@ struct WebServerSettings {
   int port = 0;             // 0: any free one
   std::string certificate;  // PEM files; empty: no TLS
   std::string key;
-  int most_connections = 64;  // of all kinds
-  int most_per_address = 32;  // of these, from one address of another host
-  // Sent with every answer, also with those of the library.
+  int max_connections = 64;  // of all kinds
+  int max_per_address = 32;  // of these, from one address of another host
+  // Sent with every answer, also of the library.
   std::vector<std::pair<std::string, std::string>> headers;
 };
 
-// HTTP and WebSockets: the only place that touches libwebsockets. One thread; one server in a process.
+// HTTP and WebSockets: the only place that uses libwebsockets. One thread; one server in a process.
 class WebServer {
  public:
   static constexpr int kTickMs = 50;
@@ -80,7 +80,7 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  // Empty when it listens, else the cause and the remedy.
+  // The cause and the remedy if the server does not listen. Empty: it listens.
   [[nodiscard]] const std::string& problem() const { return problem_; }
   [[nodiscard]] int port() const;
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <utility>
 
 namespace axlecast {
@@ -32,16 +34,23 @@ class Descriptor {
 // Ends the wait of a thread that polls a file: an eventfd. Every function may be called from any thread.
 class WakeEvent {
  public:
-  WakeEvent();
+  WakeEvent() : event_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
 
-  // False when the process has too many files open.
+  // Returns false if the process has too many files open.
   [[nodiscard]] bool valid() const { return event_.valid(); }
   // Readable from Set to Take.
   [[nodiscard]] int FileDescriptor() const { return event_.get(); }
-  // May be called from a signal's handler.
-  void Set() const;
-  // True when Set was called since the last Take.
-  bool Take() const;
+  // May be called from a signal handler.
+  void Set() const {
+    const std::uint64_t one = 1;
+    // A full counter means that the event is readable already.
+    [[maybe_unused]] const ssize_t written = write(event_.get(), &one, sizeof one);
+  }
+  // Returns true if Set was called since the last Take.
+  bool Take() const {
+    std::uint64_t times = 0;
+    return read(event_.get(), &times, sizeof times) > 0;
+  }
 
  private:
   Descriptor event_;

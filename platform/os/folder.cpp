@@ -16,8 +16,6 @@
 #include <list>
 #include <system_error>
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 
@@ -30,8 +28,8 @@ bool OthersMayWrite(const std::string& path) {
   return stat(path.c_str(), &status) == 0 && (status.st_mode & S_IWOTH) != 0;
 }
 
-// Where others may write, a directory must be ours, or root's, and no link: else they could put another in its
-// place.
+// In a folder where others may write, a directory must belong to this user or root, and must not be a link. Otherwise they
+// could replace it.
 Result<> CheckOwner(const std::string& path) {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) return Failure(Problem(path));
@@ -42,7 +40,7 @@ Result<> CheckOwner(const std::string& path) {
   return {};
 }
 
-// statfs(2). Those on which a log or a journal is not what it is elsewhere.
+// Returns the name of a file system on which a log or a journal is not safe (statfs(2)); no text for others.
 std::string FileSystemName(const std::string& path) {
   struct statfs status {};
   if (statfs(path.c_str(), &status) != 0) return "";
@@ -64,7 +62,7 @@ std::string FileSystemName(const std::string& path) {
   }
 }
 
-constexpr int kMaxLinks = 40;  // as the kernel has it: path_resolution(7)
+constexpr int kMaxLinks = 40;  // as in the kernel: path_resolution(7)
 
 // Follows a path name by name.
 class Walk {

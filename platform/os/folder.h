@@ -19,7 +19,7 @@ class LockFile {
  public:
   // Takes the lock. The error names the process that holds it.
   [[nodiscard]] Result<> Acquire(const std::string& path);
-  // The process that holds it; 0 when none does.
+  // Returns the process that holds the lock; 0 if no process holds it.
   [[nodiscard]] static pid_t Holder(const std::string& path);
   void Release() { file_.Reset(); }
 
@@ -30,7 +30,7 @@ class LockFile {
 // A folder that a process of the machine writes to, or would create.
 struct HostFolder {
   std::string path;
-  std::string existing;         // itself, or the nearest folder above it that is there
+  std::string existing;         // itself, or the nearest existing folder above it
   bool is_folder = false;       // `existing` is one
   bool writable = false;        // `existing`, for this process
   std::string file_system;      // tmpfs, nfs, vfat, ...; empty: any other

@@ -6,18 +6,17 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <filesystem>
+
+#include "platform/os/new_file.h"
 
 namespace axlecast {
 namespace {
 
-constexpr std::int64_t kReserve = 16 << 20;  // bytes at once
+constexpr std::int64_t kReserve = 16 << 20;  // bytes
 constexpr mode_t kMode = 0644;
 
-// Not every file system knows locks: there nobody is known to write it.
+// On a file system without locks, the file counts as not locked.
 bool IsLocked(const Descriptor& file) { return flock(file.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK; }
-
-int ResultOf(int result) { return result == 0 ? 0 : errno; }
 
 }  // namespace
 
@@ -38,7 +37,7 @@ int LogFile::Continue(const std::string& path, std::int64_t size) {
   *this = LogFile();
   file_ = std::move(file);
   path_ = path;
-  name_lasts_ = true;
+  name_is_durable_ = true;
   return CutTo(size);
 }
 
@@ -60,7 +59,7 @@ int LogFile::Write(Bytes& bytes) {
   return 0;
 }
 
-// Not every file system supports it; then the write itself fails if there is no space.
+// Not every file system supports this. Then the write fails if there is no space.
 void LogFile::Reserve(std::int64_t bytes) {
   if (size_ + bytes <= reserved_) return;
   reserved_ = size_ + bytes + kReserve;
@@ -74,24 +73,16 @@ int LogFile::CutTo(std::int64_t size) {
   return 0;
 }
 
-int LogFile::SyncFolder() const {
-  std::string folder = std::filesystem::path(path_).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const Descriptor directory(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!directory.valid()) return errno;
-  return ResultOf(fsync(directory.get()));
-}
-
 int LogFile::Sync() {
   if (fdatasync(file_.get()) != 0) return errno;
-  if (name_lasts_) return 0;
-  const int result = SyncFolder();
-  name_lasts_ = result == 0;
+  if (name_is_durable_) return 0;
+  const int result = SyncFolderOf(path_);
+  name_is_durable_ = result == 0;
   return result;
 }
 
 int LogFile::Close() {
-  // Cutting a file to its own size frees what is reserved behind its end.
+  // Truncating a file to its own size releases the space behind its end.
   const int cut = CutTo(size_);
   const int synced = Sync();
   file_.Reset();

@@ -12,38 +12,36 @@ namespace axlecast {
 // data. The functions return errno values; 0 means success.
 class LogFile {
  public:
-  // Both fail with EBUSY where somebody else writes the file by this class.
-  // A new file, whose name lasts once Sync has returned. Fails with EEXIST where there is one.
+  // Creates a file, whose name is durable after Sync. Fails with EEXIST if the file exists, and with EBUSY as Continue does.
   [[nodiscard]] int Create(const std::string& path);
-  // Continues an existing file at `size`, and truncates it there.
+  // Continues an existing file at `size`, and truncates it there. Fails with EBUSY if a LogFile writes to it.
   [[nodiscard]] int Continue(const std::string& path, std::int64_t size);
 
-  // Writes from the front of `bytes`, and takes off what was written: all of it, or what there was room for.
+  // Writes `bytes`, and removes from the front what was written. The rest remains if the disk is full.
   [[nodiscard]] int Write(Bytes& bytes);
-  // Cuts the end off, back to `size`.
+  // Truncates the file to `size`.
   [[nodiscard]] int CutTo(std::int64_t size);
-  // What was written is on the disk when it returns.
+  // Returns when everything written is on the disk.
   [[nodiscard]] int Sync();
-  // Sync, and what is reserved is free again.
+  // Releases the reserved space, syncs and closes.
   [[nodiscard]] int Close();
 
-  // Somebody, this process too, writes it by this class.
+  // Returns true if a LogFile, of any process, writes to the file.
   [[nodiscard]] static bool IsBeingWritten(const std::string& path);
 
   [[nodiscard]] bool is_open() const { return file_.valid(); }
   [[nodiscard]] std::int64_t size() const { return size_; }
-  // Bytes that the file system has left for this program; -1: unknown.
+  // Bytes that are free for this process; -1: unknown.
   [[nodiscard]] std::int64_t FreeBytes() const;
 
  private:
-  [[nodiscard]] int SyncFolder() const;
   void Reserve(std::int64_t bytes);
 
   Descriptor file_;
   std::string path_;
   std::int64_t size_ = 0;
-  std::int64_t reserved_ = 0;  // to here there is room, or was none
-  bool name_lasts_ = false;
+  std::int64_t reserved_ = 0;  // space was requested up to here
+  bool name_is_durable_ = false;
 };
 
 }  // namespace axlecast

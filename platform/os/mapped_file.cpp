@@ -19,7 +19,7 @@
 namespace axlecast {
 namespace {
 
-// The signal handler may come in the middle of anything: no lock, no memory of the heap.
+// The signal handler may interrupt any code: it takes no lock and allocates no memory.
 struct Slot {
   std::atomic<bool> taken = false;
   std::atomic<bool> fell = false;
@@ -29,7 +29,7 @@ struct Slot {
 };
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
-std::array<Slot, MappedRegion::kMax> slots;
+std::array<Slot, MappedFile::kMax> slots;
 struct sigaction before_us {};
 
 std::size_t PageSize() {
@@ -37,8 +37,7 @@ std::size_t PageSize() {
   return kSize;
 }
 
-// Puts zeros into the page at `offset`, and where the file ends before it also into all that follow. Only bare system
-// calls.
+// Replaces the page at `offset` by zeros; if the file ends before it, also all pages that follow. Uses only system calls.
 bool Fill(Slot& slot, std::size_t offset) {
   struct stat status {};
   const bool ended = fstat(slot.file, &status) == 0 && static_cast<std::size_t>(status.st_size) <= offset;
@@ -52,19 +51,19 @@ void OnBusError(int, siginfo_t* info, void*) {
   const int error = errno;
   const auto address = reinterpret_cast<std::uintptr_t>(info->si_addr);
   for (Slot& slot : slots) {
-    const std::size_t offset = address - slot.begin;  // beyond every size where it is before
+    const std::size_t offset = address - slot.begin;  // beyond every size if `address` is before `begin`
     if (info->si_code != BUS_ADRERR || offset >= slot.size) continue;
     if (!Fill(slot, offset / PageSize() * PageSize())) break;
     errno = error;
     return;
   }
-  // None of ours: it does what it would have done without us, when the instruction fails again or it is sent again.
+  // Not of a mapped file: the former action is executed, when the instruction fails again or the signal is sent again.
   sigaction(SIGBUS, &before_us, nullptr);
   if (info->si_code <= 0) static_cast<void>(raise(SIGBUS));
 }
 
 bool TakeSignal() {
-  static_cast<void>(PageSize());  // not first in the handler
+  static_cast<void>(PageSize());  // not for the first time in the handler
   struct sigaction action {};
   action.sa_sigaction = OnBusError;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;
@@ -81,9 +80,9 @@ std::size_t TakeSlot() {
 std::string Remedy(int error) {
   switch (error) {
     case EACCES:
-      return ": it takes the right to read it";
+      return ": the right to read it is missing";
     case EMFILE:
-      return ": give fewer files at a time, or raise `ulimit -n`";
+      return ": use fewer files at a time, or raise `ulimit -n`";
     case ENOENT:
       return ": check its name";
     default:
@@ -93,41 +92,59 @@ std::string Remedy(int error) {
 
 }  // namespace
 
-MappedRegion::MappedRegion(Descriptor file, std::size_t size) : file_(std::move(file)) {
-  static const bool kReady = TakeSignal();
-  if (slot_ = kReady ? TakeSlot() : kMax; slot_ == kMax) {
-    error_ = EMFILE;
-    return;
+class MappedFile::Mapping {
+ public:
+  // Maps the first `size` bytes of the file, > 0.
+  Mapping(Descriptor file, std::size_t size) : file_(std::move(file)) {
+    static const bool kReady = TakeSignal();
+    if (slot_ = kReady ? TakeSlot() : kMax; slot_ == kMax) {
+      error_ = EMFILE;
+      return;
+    }
+    void* const data = mmap(nullptr, size, PROT_READ, MAP_SHARED, file_.get(), 0);
+    if (data == MAP_FAILED) {
+      error_ = errno;
+      return;
+    }
+    static_cast<void>(madvise(data, size, MADV_SEQUENTIAL));  // a hint
+    bytes_ = {static_cast<const std::uint8_t*>(data), size};
+    Slot& slot = slots[slot_];
+    slot.fell = false;
+    slot.file = file_.get();
+    slot.begin = reinterpret_cast<std::uintptr_t>(data);
+    slot.size = (size + PageSize() - 1) / PageSize() * PageSize();
   }
-  void* const data = mmap(nullptr, size, PROT_READ, MAP_SHARED, file_.get(), 0);
-  if (data == MAP_FAILED) {
-    error_ = errno;
-    return;
+  ~Mapping() {
+    if (slot_ == kMax) return;
+    Slot& slot = slots[slot_];
+    slot.size = 0;
+    if (!bytes_.empty()) munmap(const_cast<std::uint8_t*>(bytes_.data()), bytes_.size());
+    slot.taken = false;
   }
-  static_cast<void>(madvise(data, size, MADV_SEQUENTIAL));  // a hint
-  bytes_ = {static_cast<const std::uint8_t*>(data), size};
-  Slot& slot = slots[slot_];
-  slot.fell = false;
-  slot.file = file_.get();
-  slot.begin = reinterpret_cast<std::uintptr_t>(data);
-  slot.size = (size + PageSize() - 1) / PageSize() * PageSize();
-}
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
 
-MappedRegion::~MappedRegion() {
-  if (slot_ == kMax) return;
-  Slot& slot = slots[slot_];
-  slot.size = 0;
-  if (!bytes_.empty()) munmap(const_cast<std::uint8_t*>(bytes_.data()), bytes_.size());
-  slot.taken = false;
-}
+  [[nodiscard]] int error() const { return error_; }  // errno if nothing could be mapped; else 0
+  [[nodiscard]] Bytes bytes() const { return bytes_; }
+  // Returns how many of the bytes the file still has.
+  [[nodiscard]] std::size_t Left() const {
+    struct stat status {};
+    if (fstat(file_.get(), &status) != 0) return bytes_.size();
+    return std::min(bytes_.size(), static_cast<std::size_t>(status.st_size));
+  }
+  // Returns true if zeros were shown instead of bytes of the file.
+  [[nodiscard]] bool fell() const { return slot_ < kMax && slots[slot_].fell; }
 
-std::size_t MappedRegion::Left() const {
-  struct stat status {};
-  if (fstat(file_.get(), &status) != 0) return bytes_.size();
-  return std::min(bytes_.size(), static_cast<std::size_t>(status.st_size));
-}
+ private:
+  Descriptor file_;
+  Bytes bytes_;
+  std::size_t slot_ = kMax;  // of the table that the signal handler reads
+  int error_ = 0;
+};
 
-bool MappedRegion::fell() const { return slot_ < kMax && slots[slot_].fell; }
+MappedFile::~MappedFile() = default;
+MappedFile::MappedFile(MappedFile&&) noexcept = default;
+MappedFile& MappedFile::operator=(MappedFile&&) noexcept = default;
 
 MappedFile::MappedFile(const std::string& path) : path_(path) { Open(); }
 
@@ -158,22 +175,21 @@ void MappedFile::Open() {
   owner_ = status.st_uid;
   group_ = status.st_gid;
   if (status.st_size == 0) return;
-  region_ = std::make_unique<MappedRegion>(std::move(file), static_cast<std::size_t>(status.st_size));
-  if (const int error = region_->error(); error != 0) {
+  mapping_ = std::make_unique<Mapping>(std::move(file), static_cast<std::size_t>(status.st_size));
+  bytes_ = mapping_->bytes();
+  if (const int error = mapping_->error(); error != 0)
     problem_ = path_ + ": " + std::strerror(error) + Remedy(error);
-    region_.reset();
-  }
 }
 
 std::string MappedFile::Loss() const {
-  if (region_ == nullptr) return "";
-  const std::size_t size = region_->bytes().size();
-  if (const std::size_t left = region_->Left(); left < size) {
+  if (bytes_.empty()) return "";
+  const std::size_t size = bytes_.size();
+  if (const std::size_t left = mapping_->Left(); left < size) {
     return path_ + " was made shorter while it was read: of its " + std::to_string(size) + " bytes " +
            std::to_string(left) + " are left";
   }
-  if (!region_->fell()) return "";
-  return path_ + " could not be read everywhere: it was written anew meanwhile, or its disk is defective";
+  if (!mapping_->fell()) return "";
+  return path_ + " could not be read everywhere: it was rewritten meanwhile, or its disk is defective";
 }
 
 }  // namespace axlecast

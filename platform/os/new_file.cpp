@@ -12,8 +12,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 
@@ -29,7 +27,7 @@ bool WriteAll(int fd, std::string_view content) {
   return true;
 }
 
-// Who may use it. The group first: the mode opens the file to it.
+// Sets who may use the file. The group is set before the mode, which gives it access.
 Result<> Open(const Descriptor& file, const std::string& path, const FileAccess& access) {
   const uid_t owner = access.owner.value_or(static_cast<uid_t>(-1));  // -1: stays
   const gid_t group = access.group.value_or(static_cast<gid_t>(-1));
@@ -40,19 +38,22 @@ Result<> Open(const Descriptor& file, const std::string& path, const FileAccess&
   return {};
 }
 
-// The complete file under its own name, which lasts.
+// Moves the complete file to its own name, durably.
 Result<> Place(const std::string& fresh, const std::string& path, bool replace) {
   const int failed = replace ? std::rename(fresh.c_str(), path.c_str()) : link(fresh.c_str(), path.c_str());
   if (failed != 0 && errno == EEXIST) return Failure(path + " exists already, and is not replaced");
   if (failed != 0) return Failure(Problem(path));
-  std::string folder = std::filesystem::path(path).parent_path().string();
-  if (folder.empty()) folder = ".";
-  const Descriptor directory(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!directory.valid() || fsync(directory.get()) != 0) return Failure(Problem(folder));
+  if (const int error = SyncFolderOf(path); error != 0) return Failure(path + ": " + std::strerror(error));
   return {};
 }
 
 }  // namespace
+
+int SyncFolderOf(const std::string& path) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  const Descriptor directory(open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return directory.valid() && fsync(directory.get()) == 0 ? 0 : errno;
+}
 
 NewFile::NewFile(std::string path, const FileAccess& access)
     : path_(std::move(path)), fresh_(path_ + ".XXXXXX"), file_(mkostemp(fresh_.data(), O_CLOEXEC)) {  // mode 0600
@@ -60,7 +61,7 @@ NewFile::NewFile(std::string path, const FileAccess& access)
 }
 
 NewFile::~NewFile() {
-  if (file_.valid()) unlink(fresh_.c_str());  // gone already where it was renamed
+  if (file_.valid()) unlink(fresh_.c_str());  // already moved after Commit
 }
 
 Result<> NewFile::Append(std::string_view content) {

@@ -15,7 +15,7 @@ namespace axlecast {
 struct FileAccess {
   mode_t mode = 0600;
   std::optional<gid_t> group = std::nullopt;  // none: this process's
-  std::optional<uid_t> owner = std::nullopt;  // likewise; another one takes root
+  std::optional<uid_t> owner = std::nullopt;  // likewise; another owner requires root
 };
 
 // A file that is written piece by piece. It appears at `path` only when it is complete and on disk, and never with more
@@ -39,7 +39,7 @@ class NewFile {
 
  private:
   std::string path_;
-  std::string fresh_;  // its name until then
+  std::string fresh_;  // its name until Commit
   Descriptor file_;
   std::string collected_;
   Result<> state_;  // the first error; nothing is written after it
@@ -52,6 +52,9 @@ class NewFile {
 // Writes a result to the path that an operator has given. A regular file is replaced in one step. Anything else
 // (/dev/stdout, a pipe, the target of a link) is written directly.
 [[nodiscard]] Result<> WriteOutput(const std::string& path, std::string_view content);
+
+// Makes the name of the file durable: syncs its folder. Returns 0 or the errno.
+[[nodiscard]] int SyncFolderOf(const std::string& path);
 
 // Returns the id of a group; nothing if there is no group of that name.
 [[nodiscard]] std::optional<gid_t> FindGroup(const std::string& name);

@@ -12,10 +12,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
 #include <cstring>
-
-#include "core/base/result.h"
 
 namespace axlecast {
 namespace {

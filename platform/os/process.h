@@ -20,9 +20,9 @@ namespace axlecast {
 // 128 random bits: the id of a command, or a token.
 [[nodiscard]] std::array<std::uint8_t, 16> RandomId();
 
-// Applies to the calling thread (priority, cpu) and the process (memory). SCHED_FIFO `priority` 1..99, 0: normal
-// scheduling; `cpu` -1: any. Also lets the calling thread's timers fire within 1 us instead of the usual 50 us.
-// What the system did not allow comes back as warnings, each with its remedy; the rest is applied.
+// Sets the priority and CPU of the calling thread, and locks the memory of the process. SCHED_FIFO `priority` 1..99, 0: normal
+// scheduling; `cpu` -1: any. Also sets the timer slack of the thread to its minimum (usually 50 us). Returns warnings, each with
+// its remedy, for settings that the system did not allow; the others are applied.
 [[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
 
 // Prevents core dumps and debuggers without privilege from showing the memory of this process. For a process that holds
@@ -37,8 +37,8 @@ namespace axlecast {
 // fork(2) it would run a copy of this process's handler, and the new program would never learn of it.
 [[nodiscard]] pid_t ForkWithoutHandlers();
 
-// Takes SIGINT and SIGTERM as a request to stop, for as long as it lives. One at a time in a process. Blocks no
-// signal: threads and children start with the mask and, after exec, the actions that they always had.
+// While this object exists, SIGINT and SIGTERM are requests to stop. Only one may exist in a process. It blocks no signal: threads and
+// children start with the usual mask and, after exec, the usual actions.
 class StopSignal {
  public:
   StopSignal();
@@ -47,8 +47,8 @@ class StopSignal {
   StopSignal& operator=(const StopSignal&) = delete;
 
   [[nodiscard]] bool Requested() const { return Count() > 0; }
-  [[nodiscard]] int Count() const;  // an impatient operator asks twice
-  // Waits at most `timeout_ms` (-1: for ever) for a request; true when there is one.
+  [[nodiscard]] int Count() const;  // an operator may repeat the request
+  // Waits at most `timeout_ms` (-1: for ever) for a request. Returns true if there is one.
   [[nodiscard]] bool Wait(int timeout_ms) const;
   // Stays readable once a stop was requested.
   [[nodiscard]] int FileDescriptor() const { return event_.FileDescriptor(); }
@@ -66,12 +66,12 @@ class Supervision {
   void Status(const std::string& text);  // one line for `systemctl status`
   void Stopping();
 
-  // The loop that matters calls this each time it has got on. Feeds the watchdog, at most three times per
-  // WatchdogSec; a loop that hangs does not call, and systemd restarts the process.
+  // Call it in every cycle of the main loop. It triggers the watchdog, at most three times per WatchdogSec. If the loop hangs,
+  // systemd restarts the process.
   void Progress(MonoNs now) {
     if (now >= next_ping_) Ping(now);
   }
-  // Longest time between two calls of Progress that keeps the watchdog quiet; kNever without a watchdog.
+  // The longest allowed time between two calls of Progress; kNever without a watchdog.
   [[nodiscard]] MonoNs ping_interval() const { return interval_; }
 
  private:

@@ -89,10 +89,10 @@ TEST(StopSignal, BlocksNothingAndGivesTheActionsBack) {
   struct sigaction action {};
   sigaction(SIGTERM, nullptr, &action);
   EXPECT_EQ(action.sa_handler, SIG_DFL);
-  EXPECT_FALSE(StopSignal().Requested()) << "a new one begins anew";
+  EXPECT_FALSE(StopSignal().Requested()) << "a new one begins at zero";
 }
 
-// Stands in for systemd: sd_notify(3) sends datagrams to the socket named by NOTIFY_SOCKET.
+// Replaces systemd: sd_notify(3) sends datagrams to the socket named by NOTIFY_SOCKET.
 class SupervisionTest : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "core/base/result.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
@@ -32,21 +31,21 @@ struct WipedBuffer {
 
 std::string Quoted(const std::string& path) { return "'" + path + "'"; }
 
-// How a file may be open to its group.
+// The access that the group of a file may have.
 enum class Group : std::uint8_t {
   kNothing,
-  kRead,        // because the file's place says so
-  kCredential,  // because systemd's ACL for the unit's user shows as the group's
+  kRead,        // because the configuration allows it
+  kCredential,  // because systemd's ACL for the user of the unit appears as that of the group
 };
 
 mode_t ClosedTo(Group group) { return group == Group::kNothing ? S_IRWXG | S_IRWXO : S_IWGRP | S_IXGRP | S_IRWXO; }
 
-// What makes the file readable for this process, or unreadable for others.
+// The command that makes the file readable for this process, or unreadable for others.
 std::string Chmod(const std::string& path, Group group) {
   return (group == Group::kRead ? "chmod 640 " : "chmod 600 ") + Quoted(path);
 }
 
-// Who may see the file.
+// Checks who may read the file.
 Result<> CheckFile(int fd, const std::string& path, Group group) {
   struct stat status {};
   if (fstat(fd, &status) != 0) return Failure(path + ": " + std::strerror(errno));
@@ -60,7 +59,7 @@ Result<> CheckFile(int fd, const std::string& path, Group group) {
   return {};
 }
 
-// At most one byte more than allowed.
+// Reads at most one byte more than allowed.
 bool ReadAll(int fd, WipedBuffer& buffer) {
   while (buffer.size < buffer.bytes.size()) {
     const ssize_t count = read(fd, buffer.bytes.data() + buffer.size, buffer.bytes.size() - buffer.size);
@@ -76,7 +75,7 @@ std::string OpenProblem(const std::string& path, Group group, int error) {
   if (error == EACCES && group == Group::kRead) {
     return path + ": permission denied to user " + std::to_string(geteuid()) +
            ": become a member of the file's group (ls -l " + Quoted(path) +
-           " names it; as root: usermod -aG GROUP USER, then log in anew)";
+           " names it; as root: usermod -aG GROUP USER, then log in again)";
   }
   if (error == EACCES) {
     return path + ": permission denied; as root: chown " + std::to_string(geteuid()) + " " + Quoted(path) +
@@ -87,7 +86,7 @@ std::string OpenProblem(const std::string& path, Group group, int error) {
 }
 
 Result<Secret> ReadFile(const std::string& path, Group group) {
-  // O_NONBLOCK: a FIFO under this name must not keep the driver waiting.
+  // O_NONBLOCK: a FIFO of this name must not block the driver.
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK));
   if (!file.valid()) return Failure(OpenProblem(path, group, errno));
   if (Result<> done = CheckFile(file.get(), path, group); !done) return Failure(std::move(done).error());
@@ -100,7 +99,7 @@ Result<Secret> ReadFile(const std::string& path, Group group) {
   if (text.find('\0') != std::string_view::npos) return Failure(path + " holds a NUL byte: it must be text");
   if (text.ends_with('\n')) text.remove_suffix(1);
   if (text.empty()) return Failure(path + " is empty: write the secret there");
-  // Room on the heap, which a move hands over: a short string would leave a copy behind in its place.
+  // On the heap, which a move passes on. Moving a short string would leave a copy behind.
   std::string content;
   content.reserve(kLongestSecret);
   content = text;

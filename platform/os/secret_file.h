@@ -5,9 +5,9 @@
 
 namespace axlecast {
 
-// Secrets from files and systemd credentials. A file must be a regular one, of at most 4 KiB without NUL, owned by
-// this user or root, and closed to everybody else (but for its group to read, where its place allows that); a
-// credential must not be open to all.
+// Reads secrets from files and systemd credentials. A file must be regular, at most 4 KiB without NUL, owned by this user or
+// root, and not accessible for others, except that its group may read it if the configuration allows that. A credential must
+// not be accessible for all.
 class SecretFiles final : public SecretSource {
  public:
   [[nodiscard]] Result<Secret> Read(const SecretPlace& place) override;

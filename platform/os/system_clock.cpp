@@ -35,10 +35,10 @@ int PollUntil(std::span<pollfd> files, MonoNs deadline, const Clock& clock) {
   }
 }
 
-void WaitUntil(MonoNs instant, const Clock& clock) {
-  // Without files there is nothing that could fail; were it so, the spin waits the whole time.
-  if (instant - clock.Now() > kSpin) static_cast<void>(PollUntil({}, instant - kSpin, clock));
-  while (clock.Now() < instant) {
+void WaitUntil(MonoNs time, const Clock& clock) {
+  // If this failed, the loop would wait the whole time.
+  if (time - clock.Now() > kSpin) static_cast<void>(PollUntil({}, time - kSpin, clock));
+  while (clock.Now() < time) {
   }
 }
 

@@ -15,11 +15,10 @@ class SystemClock final : public Clock {
   [[nodiscard]] std::int64_t UtcMicroseconds() const override;
 };
 
-// ppoll with a deadline of `clock` (kNever: for ever) that a signal does not end. Past deadlines only look.
+// ppoll with a deadline of `clock` (kNever: for ever) that a signal does not end. After the deadline, it does not wait.
 [[nodiscard]] int PollUntil(std::span<pollfd> files, MonoNs deadline, const Clock& clock);
 
-// Returns at `instant` or a little later, never before it: sleeps most of the time and spins through the last
-// stretch, so that a pulse of 10 us is not one of 60 us.
-void WaitUntil(MonoNs instant, const Clock& clock);
+// Returns at `time` or a little later, never before. Sleeps, and spins at the end, because a sleep may end 50 us late.
+void WaitUntil(MonoNs time, const Clock& clock);
 
 }  // namespace axlecast

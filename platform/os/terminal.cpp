@@ -16,7 +16,7 @@ namespace {
 // Signals that end a process without unwinding it, and those that stop and continue it.
 constexpr std::array kEnding = {SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 
-// Of the one object, for its signal handlers.
+// The state of the only object, for its signal handlers.
 termios before{};
 termios key_by_key{};
 std::array<struct sigaction, kEnding.size()> ending_before{};
@@ -30,7 +30,7 @@ void SetTerminal(const termios& mode) {
   if (InForeground()) tcsetattr(STDIN_FILENO, TCSADRAIN, &mode);
 }
 
-// The default action, as if there were no handler: for a signal that is being handled.
+// Executes the default action of the signal that is being handled.
 void ActByDefault(int number) {
   struct sigaction action {};
   action.sa_handler = SIG_DFL;
@@ -116,7 +116,7 @@ bool TerminalKeys::Usable() { return isatty(STDIN_FILENO) == 1 && InForeground()
 
 TerminalKeys::TerminalKeys() {
   if (!Usable() || tcgetattr(STDIN_FILENO, &before) != 0) return;
-  // A file of its own: O_NONBLOCK on standard input would be that of the shell too.
+  // Opened again, because O_NONBLOCK on standard input would also affect the shell.
   file_ = Descriptor(open("/dev/tty", O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
   if (!file_.valid()) return;
   taken_ = true;

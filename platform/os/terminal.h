@@ -10,7 +10,7 @@
 
 namespace axlecast {
 
-// Passes TerminalText on to another buffer.
+// Passes the output through TerminalText to another buffer.
 class TerminalBuffer final : public std::streambuf {
  public:
   explicit TerminalBuffer(std::streambuf* to) : to_(to) {}
@@ -27,7 +27,7 @@ class TerminalBuffer final : public std::streambuf {
   bool Pass(std::string_view text);
 
   std::streambuf* to_;
-  std::mutex mutex_;        // std::cerr takes lines of any thread
+  std::mutex mutex_;        // std::cerr is used by any thread
   std::string unfinished_;  // the beginning of a character
 };
 
@@ -47,12 +47,12 @@ class TerminalOutput {
   TerminalBuffer safe_err_;
 };
 
-// A control sequence of our own to standard error, past TerminalOutput.
+// Writes a control sequence to standard error, bypassing TerminalOutput.
 void SteerTerminal(std::string_view sequence);
 
-// The keyboard, key by key: while it lives the terminal on standard input hands over every key at once and echoes none.
-// Ctrl-C, Ctrl-\ and Ctrl-Z keep their meaning. One at a time in a process. However the process ends or stops, the
-// terminal is as it was before (SIGKILL aside); when it continues after Ctrl-Z, keys are read again.
+// Reads the keyboard key by key: while this object exists, the terminal on standard input passes every key at once, without
+// echo. Ctrl-C, Ctrl-\ and Ctrl-Z keep their meaning. At most one in a process. When the process ends or stops, except by
+// SIGKILL, the terminal is restored. When it continues after Ctrl-Z, keys are read again.
 class TerminalKeys {
  public:
   TerminalKeys();
@@ -60,13 +60,12 @@ class TerminalKeys {
   TerminalKeys(const TerminalKeys&) = delete;
   TerminalKeys& operator=(const TerminalKeys&) = delete;
 
-  // Whether standard input is a terminal that this process, in the foreground, may take.
+  // Returns true if standard input is a terminal, and this process is in its foreground.
   [[nodiscard]] static bool Usable();
 
-  [[nodiscard]] int FileDescriptor() const {
-    return file_.get();
-  }  // readable when keys were pressed; -1: none comes
-  // What was pressed, as the terminal encodes it; empty when nothing was. Never waits.
+  // Readable when keys were pressed; -1: no keys can come.
+  [[nodiscard]] int FileDescriptor() const { return file_.get(); }
+  // Returns the keys that were pressed, as the terminal encodes them, or no text. Never waits.
   [[nodiscard]] std::string Read();
 
  private:

@@ -8,7 +8,7 @@
 
 namespace axlecast {
 
-// spdlog's sink on standard error, with lines that cannot steer the reader's terminal.
+// The sink of spdlog on standard error, with lines that cannot control the terminal.
 class TerminalLogSink final : public spdlog::sinks::stderr_color_sink_mt {
  public:
   void log(const spdlog::details::log_msg& message) override {

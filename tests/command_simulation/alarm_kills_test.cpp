@@ -41,7 +41,9 @@ class AlarmedDriver {
     operations_.Poll(clock_.Now());
     if (clock_.Now() < next_hello_) return;
     next_hello_ = clock_.Now() + 100 * kMillisecond;
-    const std::vector<DeviceSummary> devices = {{.device = "axis1", .state = device_info_t::STATE_ONLINE}};
+    std::vector<driver_device_t> devices(1);
+    devices[0].device = "axis1";
+    devices[0].state = device_info_t::STATE_ONLINE;
     desk_.Hello(devices);
     if (channel_.alarms().acknowledged_revision() > 0) {
       desk_.PublishAcknowledged("axis1", channel_.alarms().Acknowledged());

@@ -75,9 +75,9 @@ void WorldDriver::Step() {
 
 void WorldDriver::Hello() {
   next_hello_ = clock_.now + kSecond;
-  std::vector<DriverCommandServer::DeviceSummary> devices;
+  std::vector<driver_device_t> devices;
   for (const DeviceConfig& device : bus_.devices) {
-    devices.emplace_back();
+    devices.push_back({});
     devices.back().device = device.name;
     devices.back().state = 1;
   }

@@ -10,7 +10,6 @@
 #include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
 #include "tools/redecode/log_redecoder.h"
-#include "tools/redecode/recording_diff.h"
 
 namespace axlecast {
 namespace {

@@ -178,7 +178,7 @@ class Second(Bridge):
         boots = {self.position()["boot_id"]}
         second = self.driver(config, "rs485-0", name="second")
         self.assertEqual(second.wait(LIMIT), 1)
-        self.assertIn(f"process {first.pid}); this driver ends and leaves bus rs485-0 to that one", self.log("second"))
+        self.assertIn(f"process {first.pid}); this driver ends and leaves bus rs485-0 to it", self.log("second"))
         mark = self.data.mark()
         wait_for(lambda: self.data.of("POSITION/axis1", since=mark)[20:], "positions of the first")
         self.assertEqual({m["boot_id"] for m in self.data.since(0) if "boot_id" in m and m["channel"].endswith("axis1")},

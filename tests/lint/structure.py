@@ -24,7 +24,7 @@ WORLDS = [
     ("MQTT", r"#include <(mosquitto|mqtt_protocol)\.h", r"platform/net/mqtt_link\.cpp"),
     ("GPIO", r"gpiod\.h", r"drivers/hal/pulse_lines(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
-     r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host_system\.cpp"
+     r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host\.cpp"
      r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),

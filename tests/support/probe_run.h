@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/device/probe.h"
-#include "drivers/runtime/bus/serial_transactor.h"
 #include "drivers/runtime/bus/transactor.h"
 #include "tests/support/scripted_link.h"
 

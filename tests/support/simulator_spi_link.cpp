@@ -18,46 +18,46 @@ Result<> SimulatorSpiLink::Open() {
 
 void SimulatorSpiLink::Close() {
   open_ = false;
-  clocked_in_.Drop();
+  DropBytes();
 }
 
 bool SimulatorSpiLink::Write(Bytes bytes) {
   if (Gone() || bytes.size() > kMaxFrame) return false;
   CountWrite();
-  const std::span<std::uint8_t> rx = clocked_in_.Fill(bytes.size());
-  const MonoNs first_edge = clock_.Now();
+  const std::span<std::uint8_t> rx = Fill(bytes.size());
+  const MonoNs first_edge = fake_clock_.Now();
   RunUntil(first_edge);
   simulator_.OnTransfer({.settings = settings_, .tx = bytes}, first_edge, rx);
   std::vector<std::uint8_t> seen = Damaged(rx).value_or(std::vector<std::uint8_t>());
   seen.resize(rx.size(), kRest);
   std::copy(seen.begin(), seen.end(), rx.begin());
-  clock_.MoveTo(first_edge + settings_.ClockTime(static_cast<std::int64_t>(rx.size()) * 8));
+  fake_clock_.MoveTo(first_edge + settings_.ClockTime(static_cast<std::int64_t>(rx.size()) * 8));
   return true;
 }
 
 ByteLink::ReadResult SimulatorSpiLink::Read(std::span<std::uint8_t> into, MonoNs deadline) {
-  if (!Gone() && clocked_in_.empty()) RunUntil(deadline);
+  if (!Gone() && !HasBytes()) RunUntil(deadline);
   return ReadNow(into);
 }
 
 ByteLink::ReadResult SimulatorSpiLink::ReadNow(std::span<std::uint8_t> into) {
-  return Gone() ? ReadResult{Status::kLost, 0} : clocked_in_.Read(into);
+  return Gone() ? ReadResult{Status::kLost, 0} : ClockedLink::ReadNow(into);
 }
 
 Link::Status SimulatorSpiLink::Wait(MonoNs until) {
-  CountWait(clock_.Now());
+  CountWait(fake_clock_.Now());
   if (open_ && !plugged()) return Status::kLost;
-  if (!clocked_in_.empty()) return Status::kOk;
+  if (HasBytes()) return Status::kOk;
   RunUntil(until);
   return Status::kTimeout;
 }
 
 void SimulatorSpiLink::RunUntil(MonoNs until) {
   while (simulator_.NextDue() <= until) {
-    clock_.MoveTo(std::max(clock_.Now(), simulator_.NextDue()));
-    simulator_.OnDue(clock_.Now(), [](Bytes) {});  // it sends only while it is clocked
+    fake_clock_.MoveTo(std::max(fake_clock_.Now(), simulator_.NextDue()));
+    simulator_.OnDue(fake_clock_.Now(), [](Bytes) {});  // it sends only while it is clocked
   }
-  clock_.MoveTo(std::max(clock_.Now(), until));
+  fake_clock_.MoveTo(std::max(fake_clock_.Now(), until));
 }
 
 }  // namespace axlecast

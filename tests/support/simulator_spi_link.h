@@ -13,31 +13,26 @@ namespace axlecast {
 
 // An SPI bus in virtual time to a simulator: a transfer takes the time of its clocks. Damage changes what is clocked in;
 // where it leaves nothing the line rests high.
-class SimulatorSpiLink final : public ByteLink, public Cable {
+class SimulatorSpiLink final : public ClockedLink, public Cable {
  public:
   SimulatorSpiLink(FakeClock& clock, Simulator& simulator, SpiSettings settings)
-      : clock_(clock), simulator_(simulator), settings_(settings) {}
+      : ClockedLink("", settings, clock), fake_clock_(clock), simulator_(simulator) {}
 
   [[nodiscard]] Result<> Open() override;
   void Close() override;
   [[nodiscard]] bool IsOpen() const override { return open_; }
-  [[nodiscard]] bool SetBaud(std::int64_t) override { return false; }
   [[nodiscard]] bool Write(Bytes bytes) override;
   [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override;
   [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override;
   [[nodiscard]] Status Wait(MonoNs until) override;
-  void Wake() override {}
-  [[nodiscard]] LineErrors Errors() const override { return {}; }
 
  private:
   [[nodiscard]] bool Gone() const { return !open_ || !plugged(); }
   void RunUntil(MonoNs until);
 
-  FakeClock& clock_;
+  FakeClock& fake_clock_;
   Simulator& simulator_;
-  const SpiSettings settings_;
   bool open_ = false;
-  ClockedIn clocked_in_;
 };
 
 }  // namespace axlecast

@@ -1,12 +1,9 @@
 #include "tools/axlecast/cli_tree.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <optional>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "core/base/spelling.h"
 
@@ -72,9 +69,7 @@ std::vector<const CLI::App*> CommandsOf(const CLI::App& app) {
 }
 
 bool TakesArguments(const CLI::App& app) {
-  const std::vector<const CLI::Option*> options = app.get_options();
-  return std::any_of(options.begin(), options.end(),
-                     [](const CLI::Option* option) { return option->get_positional(); });
+  return std::ranges::any_of(app.get_options(), [](const CLI::Option* option) { return option->get_positional(); });
 }
 
 Error UnknownCommand(const std::string& path, const std::vector<const CLI::App*>& commands,

@@ -45,7 +45,7 @@ void Visit(const Json& value, std::string& name, const FieldVisitor& visit) {
   }
 }
 
-// Removes "[12]" from the start of `rest`. Returns this element, or null if there is none.
+// Removes "[12]" from the start of `rest`. Returns this element, or null.
 const Json* TakeElement(const Json& list, std::string_view& rest) {
   std::size_t index = 0;
   const char* const end = rest.data() + rest.size();

@@ -9,11 +9,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "tools/convert/csv.h"
-#include "tools/convert/mcap.h"
+#include "tools/convert/conversion.h"
 #include "tools/convert/plot.h"
 #include "tools/convert/test_events.h"
-#include "tools/convert/wire_capture.h"
 
 namespace axlecast {
 namespace {

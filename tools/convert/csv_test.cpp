@@ -1,4 +1,4 @@
-#include "tools/convert/csv.h"
+#include "tools/convert/conversion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

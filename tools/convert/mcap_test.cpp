@@ -1,4 +1,4 @@
-#include "tools/convert/mcap.h"
+#include "tools/convert/conversion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "tools/convert/wire_capture.h"
+#include "tools/convert/conversion.h"
 
 #include <algorithm>
 #include <array>
@@ -8,22 +8,12 @@
 #include <optional>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/messages/message.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {
-
-// Calls visit(ns, message, record) for each record in order, until it returns false. Returns false in that case.
-template <typename Visit>
-bool VisitRecords(const wire_t& message, const Visit& visit) {
-  constexpr std::int64_t kNsPerUs = 1'000;
-  constexpr std::int64_t kLatestUs = INT64_MAX / kNsPerUs / 2;
-  const std::int64_t start = std::clamp(message.utime, std::int64_t{0}, kLatestUs) * kNsPerUs;
-  return std::all_of(message.records.begin(), message.records.end(), [&](const wire_record_t& record) {
-    return visit(std::max(std::int64_t{0}, start + record.dt_ns), message, record);
-  });
-}
 
 // Returns the frame of a record that was on the bus: received, or sent and confirmed.
 std::optional<CanFrame> FrameOnBus(const wire_record_t& record) {
@@ -123,6 +113,30 @@ CaptureKinds FindKinds(const EventRange& events) {
   return kinds;
 }
 
+// Writes the text that format(ns, message, record) returns for each record of the captures; nothing for a record without a text.
+// `only_can`: leaves out captures of other buses.
+template <typename Format>
+Conversion WriteRecords(const EventRange& events, bool only_can, const Output& out, const Format& format) {
+  constexpr std::int64_t kLatestUs = INT64_MAX / kMicrosecond / 2;
+  Conversion done;
+  events([&](const LogEvent& event) {
+    const auto message = DecodeMessage<wire_t>(event.data);
+    if (!message || (only_can && message->kind != wire_t::KIND_CAN)) {
+      ++done.left_out;
+      return true;
+    }
+    const std::int64_t start = std::clamp(message->utime, std::int64_t{0}, kLatestUs) * kMicrosecond;
+    return std::all_of(message->records.begin(), message->records.end(), [&](const wire_record_t& record) {
+      const std::int64_t ns = std::max(std::int64_t{0}, start + record.dt_ns);
+      const std::optional<std::string> text = format(ns, *message, record);
+      if (!text) return true;
+      ++done.written;
+      return out(*text);
+    });
+  });
+  return done;
+}
+
 }  // namespace
 
 std::string CandumpLine(std::int64_t ns, std::string_view interface, const CanFrame& frame) {
@@ -144,20 +158,12 @@ std::string CandumpLine(std::int64_t ns, std::string_view interface, const CanFr
 }
 
 Result<Conversion> WriteCandump(const EventRange& events, const Output& out) {
-  Conversion done;
-  events([&](const LogEvent& event) {
-    const auto message = DecodeMessage<wire_t>(event.data);
-    if (!message || message->kind != wire_t::KIND_CAN) {
-      ++done.left_out;
-      return true;
-    }
-    return VisitRecords(*message, [&](std::int64_t ns, const wire_t& wire, const wire_record_t& record) {
-      const std::optional<CanFrame> frame = FrameOnBus(record);
-      if (!frame) return true;
-      ++done.written;
-      return out(CandumpLine(ns, wire.bus, *frame));
-    });
-  });
+  Conversion done = WriteRecords(
+      events, true, out,
+      [](std::int64_t ns, const wire_t& message, const wire_record_t& record) -> std::optional<std::string> {
+        const std::optional<CanFrame> frame = FrameOnBus(record);
+        return frame ? std::optional(CandumpLine(ns, message.bus, *frame)) : std::nullopt;
+      });
   if (done.written == 0) {
     return Failure("the selected events contain no CAN frame: set capture: true on a CAN bus to record WIRE/<bus>");
   }
@@ -165,7 +171,6 @@ Result<Conversion> WriteCandump(const EventRange& events, const Output& out) {
 }
 
 Result<Conversion> WritePcap(const EventRange& events, const Output& out) {
-  Conversion done;
   const CaptureKinds kinds = FindKinds(events);
   if (!kinds.can && !kinds.line) {
     return Failure("the selected events contain no wire capture: set capture: true on a bus to record WIRE/<bus>");
@@ -175,21 +180,13 @@ Result<Conversion> WritePcap(const EventRange& events, const Output& out) {
         "the selected events contain captures of CAN and of other buses, but a pcap file contains one kind: choose "
         "with --channel '^WIRE/name$'");
   }
-  if (!out(AsText(FileHeader(kinds.can ? kSocketCan : kUser0)))) return done;
-  events([&](const LogEvent& event) {
-    const auto message = DecodeMessage<wire_t>(event.data);
-    if (!message) {
-      ++done.left_out;
-      return true;
-    }
-    return VisitRecords(*message, [&](std::int64_t ns, const wire_t& wire, const wire_record_t& record) {
-      const std::optional<Buffer> content = Content(wire, record);
-      if (!content) return true;
-      ++done.written;
-      return out(AsText(Packet(ns, *content)));
-    });
-  });
-  return done;
+  if (!out(AsText(FileHeader(kinds.can ? kSocketCan : kUser0)))) return Conversion();
+  return WriteRecords(
+      events, false, out,
+      [](std::int64_t ns, const wire_t& message, const wire_record_t& record) -> std::optional<std::string> {
+        const std::optional<Buffer> content = Content(message, record);
+        return content ? std::optional(std::string(AsText(Packet(ns, *content)))) : std::nullopt;
+      });
 }
 
 }  // namespace axlecast

@@ -1,4 +1,4 @@
-#include "tools/convert/wire_capture.h"
+#include "tools/convert/conversion.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <set>
 
-#include "tools/doctor/doctor_test_host.h"
+#include "tools/doctor/test_host.h"
 
 namespace axlecast {
 namespace {

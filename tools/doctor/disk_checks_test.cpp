@@ -2,7 +2,7 @@
 
 #include <gmock/gmock.h>
 
-#include "tools/doctor/doctor_test_host.h"
+#include "tools/doctor/test_host.h"
 
 namespace axlecast {
 namespace {

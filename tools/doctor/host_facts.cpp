@@ -1,11 +1,13 @@
 #include "tools/doctor/host_facts.h"
 
+#include <grp.h>
 #include <unistd.h>
 #include <axlecast/driver_status_t.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
-#include <sstream>
+#include <memory>
 #include <system_error>
 
 #include "core/base/result.h"
@@ -160,22 +162,13 @@ void ReadDisks(const MachineConfig& machine, HostFacts& host) {
   }
 }
 
-// Reads lines like name:password:number:member,member.
 std::map<std::string, std::vector<std::string>> ReadGroups(const HostFiles& files) {
   std::map<std::string, std::vector<std::string>> groups;
-  std::istringstream lines(files.Text("/etc/group").value_or(""));
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream fields(line);
-    std::string name;
-    std::string ignored;
-    std::string members;
-    std::getline(fields, name, ':');
-    std::getline(fields, ignored, ':');
-    std::getline(fields, ignored, ':');
-    std::getline(fields, members);
-    std::istringstream list(members);
-    std::vector<std::string>& group = groups[name];
-    for (std::string member; std::getline(list, member, ',');) group.push_back(member);
+  const std::unique_ptr<FILE, int (*)(FILE*)> file(std::fopen(files.Place("/etc/group").c_str(), "re"),
+                                                   &std::fclose);
+  while (const ::group* const entry = file ? fgetgrent(file.get()) : nullptr) {
+    std::vector<std::string>& members = groups[entry->gr_name];
+    for (char** member = entry->gr_mem; *member != nullptr; ++member) members.emplace_back(*member);
   }
   return groups;
 }

@@ -12,8 +12,7 @@
 #include "drivers/hal/adapter.h"
 #include "drivers/hal/can_netlink.h"
 #include "platform/os/folder.h"
-#include "tools/doctor/host/host_files.h"
-#include "tools/doctor/host/host_system.h"
+#include "tools/doctor/host/host.h"
 
 namespace axlecast {
 

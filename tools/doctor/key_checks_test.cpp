@@ -4,7 +4,7 @@
 
 #include <cerrno>
 
-#include "tools/doctor/doctor_test_host.h"
+#include "tools/doctor/test_host.h"
 
 namespace axlecast {
 namespace {

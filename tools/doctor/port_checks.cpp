@@ -183,7 +183,7 @@ void LookAtLatency(const PortUse& use, const PortFacts& port, Symptoms& symptoms
 
 void LookAtRate(const PortUse& use, const PortFacts& port, Symptoms& symptoms) {
   if (use.kind != PortUse::Kind::kSerial || !port.usb) return;
-  const AdapterVerdict verdict = JudgeAdapter(*port.usb, use.baud);
+  const AdapterVerdict verdict = CheckAdapter(*port.usb, use.baud);
   if (verdict.fits) return;  // or unknown: the driver reports it at its start
   symptoms.push_back({.found = "bus " + use.bus + ": " + verdict.text,
                       .fixes = {Manual("plug in an adapter with an FT232H, FT2232H or FT4232H")}});

@@ -1,28 +1,22 @@
 #include "tools/log/log_merge.h"
 
 #include <algorithm>
-#include <optional>
-
-#include "tools/log/log_event.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
 
 constexpr std::size_t kTail = 64U << 10;  // bytes at the end that are searched first for the last event
 
+std::int64_t Bounded(std::int64_t utime) { return std::clamp(utime, -kFarthestUtime, kFarthestUtime); }
+
 std::optional<std::int64_t> LastUtimeOf(Bytes log) {
   for (std::size_t tail = kTail;; tail *= 4) {
     LogReader reader(log, log.size() - std::min(tail, log.size()));
     std::optional<std::int64_t> last;
-    while (const std::optional<LogEvent> event = reader.Next()) {
-      last = std::clamp(event->utime, -kFarthestUtime, kFarthestUtime);
-    }
+    while (const std::optional<LogEvent> event = reader.Next()) last = Bounded(event->utime);
     if (last || tail >= log.size()) return last;
   }
 }
-
-std::int64_t Bounded(std::int64_t utime) { return std::clamp(utime, -kFarthestUtime, kFarthestUtime); }
 
 std::size_t BodyOf(Bytes log) {
   LogReader reader(log);

@@ -87,18 +87,13 @@ RecorderView* Monitor::RecorderOf(std::string_view name) {
   const auto known =
       std::ranges::find_if(recorders_, [name](const RecorderView& recorder) { return recorder.name == name; });
   if (known != recorders_.end()) return &*known;
-  if (!IsName(name) || !HasRoomForRecorder(name)) return nullptr;
+  const bool listed = listed_recorders_.contains(name);
+  const auto others = static_cast<std::size_t>(std::ranges::count(recorders_, false, &RecorderView::listed));
+  if (!IsName(name) || (!listed && others >= kMaxRecorders)) return nullptr;
   RecorderView& recorder = recorders_.emplace_back();
   recorder.name = name;
-  recorder.listed = listed_recorders_.contains(name);
+  recorder.listed = listed;
   return &recorder;
-}
-
-bool Monitor::HasRoomForRecorder(std::string_view name) const {
-  if (listed_recorders_.contains(name)) return true;
-  const auto others =
-      std::ranges::count_if(recorders_, [](const RecorderView& recorder) { return !recorder.listed; });
-  return static_cast<std::size_t>(others) < kMaxRecorders;
 }
 
 MonitorUpdate Monitor::OnRecorder(std::string_view name, Bytes message, MonoNs now) {

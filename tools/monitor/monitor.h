@@ -85,14 +85,12 @@ class Monitor {
   [[nodiscard]] const CommandHistory& commands() const { return commands_; }
   // Messages received and lost according to `seq`, by channel, for the parts that the views contain.
   [[nodiscard]] const std::map<std::string, SequenceCount, std::less<>>& channels() const { return channels_; }
-  [[nodiscard]] std::int64_t passed_over() const {
-    return passed_over_;
-  }  // malformed messages, and messages of no part of the machine
+  // Number of malformed messages, and of messages of no part of the machine.
+  [[nodiscard]] std::int64_t passed_over() const { return passed_over_; }
 
  private:
   MonitorUpdate Take(std::string_view channel, Bytes message, MonoNs now);
   RecorderView* RecorderOf(std::string_view name);
-  [[nodiscard]] bool HasRoomForRecorder(std::string_view name) const;
   MonitorUpdate OnRecorder(std::string_view name, Bytes message, MonoNs now);
   MonitorUpdate OnRecorderAlarms(std::string_view name, Bytes message, MonoNs now);
 

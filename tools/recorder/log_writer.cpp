@@ -154,7 +154,7 @@ void LogWriter::End() { pending_.back().ended = true; }
 void LogWriter::Poll() {
   const MonoNs now = clock_.Now();
   if (!blocked() || now >= retry_at_) Flush();
-  if (unsynced_since_ != kNever && now - unsynced_since_ >= settings_.sync_interval) Sync();
+  if (unsynced_since_ != kNever && now - unsynced_since_ >= settings_.sync_interval) OnSynced(file_.Sync());
   if (now >= next_deletion_) DeleteExpired();
 }
 
@@ -171,7 +171,7 @@ void LogWriter::Flush() {
     retry_at_ = kNever;
     if (!status_.damaged) status_.state = DiskState::kGood;
     if (!log.ended) return;
-    CloseFile();
+    OnSynced(file_.Close());
     pending_.pop_front();
   }
 }
@@ -196,7 +196,13 @@ bool LogWriter::Drain(Pending& log) {
 }
 
 bool LogWriter::Open(const Pending& log) {
-  const int error = OpenFile(log);
+  int error = 0;
+  if (append_ && first_) {
+    status_.file = settings_.file;
+    error = file_.Continue(settings_.file, *append_);
+  } else {
+    error = CreateFile(log);
+  }
   if (error != 0) {
     OnWriteFailed(error);
     return false;
@@ -205,12 +211,6 @@ bool LogWriter::Open(const Pending& log) {
   next_deletion_ = 0;
   first_ = false;
   return true;
-}
-
-int LogWriter::OpenFile(const Pending& log) {
-  if (!append_ || !first_) return CreateFile(log);
-  status_.file = settings_.file;
-  return file_.Continue(settings_.file, *append_);
 }
 
 int LogWriter::CreateFile(const Pending& log) {
@@ -239,16 +239,6 @@ std::string LogWriter::PathOf(const Pending& log, int copy) const {
   return (path.parent_path() / (path.stem().string() + CopySuffix(copy) + path.extension().string())).string();
 }
 
-void LogWriter::CloseFile() {
-  unsynced_since_ = kNever;
-  if (const int error = file_.Close(); error != 0) OnSyncFailed(error);
-}
-
-void LogWriter::Sync() {
-  unsynced_since_ = kNever;
-  if (const int error = file_.Sync(); error != 0) OnSyncFailed(error);
-}
-
 void LogWriter::OnWriteFailed(int error) {
   retry_at_ = clock_.Now() + kRetry;
   status_.state = IsFull(error) ? DiskState::kFull : DiskState::kFailed;
@@ -256,8 +246,10 @@ void LogWriter::OnWriteFailed(int error) {
   status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
-// The written data may be lost. A later success does not change that.
-void LogWriter::OnSyncFailed(int error) {
+// After an error, the written data may be lost. A later success does not change that.
+void LogWriter::OnSynced(int error) {
+  unsynced_since_ = kNever;
+  if (error == 0) return;
   status_.damaged = true;
   status_.state = DiskState::kFailed;
   status_.last_error = status_.file + ": written data may not be on the disk: " + std::strerror(error);
@@ -316,7 +308,7 @@ void LogWriter::DeleteExpired() {
 
 std::int64_t LogWriter::Finish() {
   Flush();
-  if (file_.is_open()) CloseFile();
+  if (file_.is_open()) OnSynced(file_.Close());
   std::int64_t messages = 0;
   for (const Pending& log : pending_) {
     static_cast<void>(WholeRecords(log.bytes, log.bytes.size(), messages));

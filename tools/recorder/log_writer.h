@@ -43,7 +43,7 @@ struct Retention {
                                                    std::int64_t utime);
 
 struct LogWriterSettings {
-  std::string folder;                         // of logs with generated names (retention.h)
+  std::string folder;                         // of logs with generated names
   std::string name;                           // of these logs; used if `file` is empty
   std::string file;                           // the first log; the following ones are <file>_001, <file>_002, ...
   MonoNs sync_interval = 100 * kMillisecond;  // maximum time until written data is on the disk
@@ -96,13 +96,10 @@ class LogWriter final : public LogSink {
   void Flush();
   [[nodiscard]] bool Drain(Pending& log);
   [[nodiscard]] bool Open(const Pending& log);
-  [[nodiscard]] int OpenFile(const Pending& log);
   [[nodiscard]] int CreateFile(const Pending& log);
-  void CloseFile();
   [[nodiscard]] std::string PathOf(const Pending& log, int copy) const;
-  void Sync();
   void OnWriteFailed(int error);
-  void OnSyncFailed(int error);
+  void OnSynced(int error);
   void DeleteExpired();
   [[nodiscard]] std::vector<StoredLog> OwnLogs(std::int64_t utime);
   [[nodiscard]] std::int64_t FreeBytes() const;

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/result.h"
-#include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -112,7 +110,10 @@ Result<> MessageReceiver::Run(int stop) {
   MonoNs next_count = 0;
   for (; files[0].revents == 0; ++iterations_) {
     static_cast<void>(PollUntil(files, clock_.Now() + kCountDrops, clock_));
-    ReadAll(kAnyTime);
+    for (Source& source : sources_) {
+      for (int i = 0; i < kMaxBatches && ReadBatch(source, kAnyTime) == MulticastPort::kMaxPerRead; ++i) {
+      }
+    }
     for (OtherSource& other : others_) {
       const std::scoped_lock lock(mutex_);
       if (!other.port.Handle(0))
@@ -124,13 +125,6 @@ Result<> MessageReceiver::Run(int stop) {
   }
   Drain();
   return {};
-}
-
-void MessageReceiver::ReadAll(std::int64_t until) {
-  for (Source& source : sources_) {
-    for (int i = 0; i < kMaxBatches && ReadBatch(source, until) == MulticastPort::kMaxPerRead; ++i) {
-    }
-  }
 }
 
 std::size_t MessageReceiver::ReadBatch(Source& source, std::int64_t until) {
@@ -186,7 +180,7 @@ ReceiverCounts MessageReceiver::counts() const {
   for (const Source& source : sources_) {
     counts.received += source.receiver.received();
     counts.lost += source.receiver.lost();
-    counts.not_lcm += source.receiver.foreign();
+    counts.not_lcm += source.receiver.malformed();
     counts.kernel_dropped += source.dropped;
     const std::vector<SenderCount> senders = source.receiver.senders();
     counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());

@@ -129,7 +129,6 @@ class MessageReceiver {
   [[nodiscard]] Result<> ListenByLcm(const std::string& url);
   // Returns the number of datagrams that were received no later than `until` (us, UNIX time).
   std::size_t ReadBatch(Source& source, std::int64_t until);
-  void ReadAll(std::int64_t until);
   void CountDrops();
   void Drain();
   void Take(const ReceivedMessage& message);

@@ -1,7 +1,6 @@
 #include "tools/recorder/recording_session.h"
 
 #include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -147,11 +146,6 @@ RecordingStatus RecordingSession::status() const {
 bool RecordingSession::HasProgress() {
   const std::uint64_t iterations = receiver_.iterations();
   return std::exchange(iterations_, iterations) != iterations;
-}
-
-bool RecordingSession::failed() const {
-  const std::scoped_lock lock(mutex_);
-  return !shared_.failure.empty();
 }
 
 }  // namespace axlecast

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -60,7 +59,6 @@ class RecordingSession {
   void Stop();
 
   [[nodiscard]] RecordingStatus status() const;
-  [[nodiscard]] bool failed() const;  // an error has ended it
   // Returns true if the receiving thread has made progress since the previous call. A blocked disk is not reported here: received
   // messages are kept in memory, and a restart would lose them.
   [[nodiscard]] bool HasProgress();

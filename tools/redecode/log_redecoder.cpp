@@ -1,12 +1,24 @@
 #include "tools/redecode/log_redecoder.h"
 
 #include <algorithm>
-#include <utility>
+#include <axlecast/motor_health_t.hpp>
+#include <axlecast/position_t.hpp>
 
 #include "core/base/text.h"
+#include "core/messages/json/message_json.h"
 
 namespace axlecast {
 namespace {
+
+// Returns the sampling time and the message without the fields that must differ.
+template <typename Message>
+std::optional<std::pair<MonoNs, std::vector<std::uint8_t>>> Comparable(Bytes bytes) {
+  std::optional<Message> message = DecodeMessage<Message>(bytes);
+  if (!message) return std::nullopt;
+  message->seq = 0;
+  message->flags &= ~Message::FLAG_REDECODED;
+  return std::pair(message->mono_ns, Encoded(*message));
+}
 
 using Json = nlohmann::ordered_json;
 
@@ -83,7 +95,56 @@ std::string TallyText(const std::string& channel, const RecordingDiff::Tally& ta
 
 }  // namespace
 
-BusRedecoder::BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
+void RecordingDiff::Add(const std::string& channel, Bytes message, Side side) {
+  auto comparable = Comparable<position_t>(message);
+  if (!comparable) comparable = Comparable<motor_health_t>(message);
+  if (!comparable) return;
+  Waiting& waiting = waiting_[channel];
+  waiting[side].push_back({comparable->first, std::move(comparable->second)});
+  Match(waiting, tallies_[channel]);
+}
+
+// If one side has passed a time, the other side has no reading of that time.
+void RecordingDiff::Match(Waiting& waiting, Tally& tally) {
+  auto& [recorded, redecoded] = waiting;
+  while (!recorded.empty() && !redecoded.empty()) {
+    const MonoNs apart = recorded.front().mono_ns - redecoded.front().mono_ns;
+    if (apart < 0) ++tally.only_recorded;
+    if (apart > 0) ++tally.only_redecoded;
+    if (apart == 0) Compare(recorded.front(), redecoded.front(), tally);
+    if (apart <= 0) recorded.pop_front();
+    if (apart >= 0) redecoded.pop_front();
+  }
+}
+
+void RecordingDiff::Compare(const Reading& recorded, const Reading& redecoded, Tally& tally) {
+  if (recorded.message == redecoded.message) {
+    ++tally.equal;
+    return;
+  }
+  ++tally.differing;
+  if (tally.first.size() >= kShown) return;
+  Difference difference{.mono_ns = recorded.mono_ns, .fields = {}};
+  std::string type;
+  const auto before = DecodeToJson(recorded.message, &type);
+  const auto after = DecodeToJson(redecoded.message, &type);
+  for (const auto& [name, value] : before->items()) {
+    if (after->at(name) != value) difference.fields.push_back({name, value, after->at(name)});
+  }
+  tally.first.push_back(std::move(difference));
+}
+
+void RecordingDiff::Finish() {
+  for (auto& [channel, waiting] : waiting_) {
+    tallies_[channel].only_recorded += static_cast<std::int64_t>(waiting[kRecorded].size());
+    tallies_[channel].only_redecoded += static_cast<std::int64_t>(waiting[kRedecoded].size());
+  }
+  waiting_.clear();
+}
+
+bool RecordingDiff::same() const {
+  return std::all_of(tallies_.begin(), tallies_.end(), [](const auto& tally) { return tally.second.same(); });
+}
 
 void BusRedecoder::On(const wire_t& message) {
   ++messages_;
@@ -173,9 +234,6 @@ void BusRedecoder::TickUntil(MonoNs now) {
 void BusRedecoder::Finish() {
   for (Unit& unit : units_) unit.channel->Tick(now_ + kTick);
 }
-
-LogRedecoder::LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output)
-    : machine_(machine), only_bus_(only_bus), output_(std::move(output)) {}
 
 void LogRedecoder::On(const LogEvent& event) {
   if (!event.channel.starts_with(machine_.lcm.prefix)) return;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <array>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/wire_t.hpp>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -10,8 +12,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/base/inline_bytes.h"
 #include "core/base/result.h"
 #include "core/base/secret.h"
 #include "core/base/time.h"
@@ -20,9 +24,56 @@
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/wire_log.h"
 #include "tools/log/log_event.h"
-#include "tools/redecode/recording_diff.h"
 
 namespace axlecast {
+
+// Compares recorded readings (position_t, motor_health_t) with the same readings decoded again. They are matched by channel and
+// sampling time. All fields are compared, except FLAG_REDECODED and `seq`: a recording may begin in the middle. The readings of
+// each side must come in the order of their times.
+class RecordingDiff {
+ public:
+  void OnRecorded(const std::string& channel, Bytes message) { Add(channel, message, kRecorded); }
+  void OnRedecoded(const std::string& channel, Bytes message) { Add(channel, message, kRedecoded); }
+  // Counts the readings that no reading of the other side matches.
+  void Finish();
+
+  struct Field {
+    std::string name;
+    nlohmann::ordered_json recorded;
+    nlohmann::ordered_json redecoded;
+  };
+  struct Difference {
+    MonoNs mono_ns = 0;
+    std::vector<Field> fields;
+  };
+  struct Tally {
+    std::int64_t equal = 0;
+    std::int64_t differing = 0;
+    std::int64_t only_recorded = 0;
+    std::int64_t only_redecoded = 0;
+    std::vector<Difference> first;  // of those that differ, at most kShown
+
+    [[nodiscard]] bool same() const { return differing + only_recorded + only_redecoded == 0; }
+  };
+  static constexpr std::size_t kShown = 5;
+  [[nodiscard]] const std::map<std::string, Tally>& tallies() const { return tallies_; }  // by channel
+  [[nodiscard]] bool same() const;
+
+ private:
+  enum Side { kRecorded, kRedecoded };
+  struct Reading {
+    MonoNs mono_ns = 0;
+    std::vector<std::uint8_t> message;  // without the fields that must differ
+  };
+  using Waiting = std::array<std::deque<Reading>, 2>;
+
+  void Add(const std::string& channel, Bytes message, Side side);
+  static void Match(Waiting& waiting, Tally& tally);
+  static void Compare(const Reading& recorded, const Reading& redecoded, Tally& tally);
+
+  std::map<std::string, Waiting> waiting_;
+  std::map<std::string, Tally> tallies_;
+};
 
 // Decodes one bus again from its WIRE recording, with the code of its driver: new devices receive each record with its recorded
 // timestamps. If the recording is complete from the start of the driver, it gives the same readings. Where messages are missing,
@@ -31,7 +82,7 @@ namespace axlecast {
 class BusRedecoder {
  public:
   // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver.
-  BusRedecoder(const BusConfig& bus, MessageSink& sink);
+  BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
 
   void On(const wire_t& message);
   // Applies the datum of a device, from this message on. Ignores devices of other buses.
@@ -96,7 +147,8 @@ class LogRedecoder final : private MessageSink {
   using Output = std::function<void(const LogEvent& event)>;
 
   // `machine` must outlive this object. `only_bus`: name of a bus of the machine; empty: all buses.
-  LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output);
+  LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output)
+      : machine_(machine), only_bus_(only_bus), output_(std::move(output)) {}
 
   void On(const LogEvent& event);
   void Finish();

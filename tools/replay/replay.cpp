@@ -1,11 +1,29 @@
 #include "tools/replay/replay.h"
 
 #include <algorithm>
+#include <array>
+#include <axlecast/command_status_t.hpp>
+#include <axlecast/command_t.hpp>
+#include <axlecast/driver_command_t.hpp>
+#include <axlecast/driver_status_t.hpp>
+#include <axlecast/permit_t.hpp>
 #include <cmath>
 #include <utility>
 
+#include "core/base/expression.h"
+#include "core/base/result.h"
+#include "tools/log/log_event.h"
+
 namespace axlecast {
 namespace {
+
+constexpr std::array<std::string_view, 2> kWhole = {"COMMAND", "COMMAND_STATUS"};
+constexpr std::array<std::string_view, 3> kFamilies = {"PERMIT/", "DRIVER_COMMAND/", "DRIVER_STATUS/"};
+
+CommandChannel ChannelAt(std::size_t place) {
+  if (place == std::string_view::npos) return CommandChannel::kNone;
+  return place == 0 ? CommandChannel::kPlain : CommandChannel::kAfterPrefix;
+}
 
 // ns, 146 years: limit for damaged times.
 constexpr double kFarthest = 4.6e18;
@@ -18,28 +36,63 @@ void SetToMinimum(LogPosition& one, const LogPosition& other) {
   for (std::size_t i = 0; i < one.size(); ++i) one[i] = std::min(one[i], other[i]);
 }
 
-// Counts events from the beginning of the logs.
-class EventCounter {
- public:
-  explicit EventCounter(LogMerge& logs) : logs_(logs) { logs.Go(logs.Begin(), logs.End()); }
-
-  // Returns the position of the event with this number. It must not be before the event of the previous call.
-  [[nodiscard]] LogPosition PositionOf(std::int64_t event) {
-    for (; number_ < event && logs_.Head() != nullptr; ++number_) logs_.Advance();
-    return logs_.Position();
-  }
-
- private:
-  LogMerge& logs_;
-  std::int64_t number_ = 0;
-};
-
 // us. Times of one log run back a little if its recorder has several sources. If they run back further, its clock was set.
 constexpr std::int64_t kClockSet = 1'000'000;
 constexpr std::int64_t kShortestRound = 1'000;  // us; limits how often a log of one event is repeated
 constexpr int kMaxSkipped = 100'000;            // events in one call
 
 }  // namespace
+
+CommandChannel CommandChannelOf(std::string_view channel) {
+  CommandChannel result = CommandChannel::kNone;
+  for (const std::string_view name : kWhole) {
+    if (channel.ends_with(name)) result = std::max(result, ChannelAt(channel.size() - name.size()));
+  }
+  for (const std::string_view name : kFamilies) result = std::max(result, ChannelAt(channel.find(name)));
+  return result;
+}
+
+bool IsCommandMessage(Bytes message) {
+  static const std::array<std::int64_t, 5> kTypes = {command_t::getHash(), command_status_t::getHash(),
+                                                     permit_t::getHash(), driver_command_t::getHash(),
+                                                     driver_status_t::getHash()};
+  if (message.size() < 8) return false;
+  const auto type = static_cast<std::int64_t>(ReadBigEndian<std::uint64_t>(message, 0));
+  return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end();
+}
+
+Result<> ReplayChannels::Rename(const std::string& rule) {
+  const std::size_t divide = rule.find('=');
+  if (divide == std::string::npos || divide == 0) {
+    return Failure("'" + rule + "' is not OLD=NEW, e.g. '^POSITION/=RECORDED/POSITION/'");
+  }
+  Result<std::regex> compiled = CompileExpression(rule.substr(0, divide));
+  if (!compiled) return Failure(compiled.error());
+  renames_.emplace_back(std::move(*compiled), rule.substr(divide + 1));
+  return {};
+}
+
+const ReplayChannels::Target& ReplayChannels::Of(std::string_view channel) {
+  if (const auto known = targets_.find(channel); known != targets_.end()) return known->second;
+  const std::string name(channel);
+  Target target;
+  try {
+    target = MakeTarget(name);
+  } catch (const std::regex_error&) {
+    // The expression is too complex for this name: the channel is not selected.
+  }
+  return targets_.emplace(name, std::move(target)).first->second;
+}
+
+ReplayChannels::Target ReplayChannels::MakeTarget(const std::string& channel) {
+  if (IsLogChannel(channel) || !filter_.Matches(channel)) return {};
+  Target target{.selected = true, .name = channel, .command = CommandChannel::kNone};
+  for (const auto& [old_name, new_name] : renames_)
+    target.name = std::regex_replace(target.name, old_name, new_name);
+  target.name.insert(0, prefix_);
+  target.command = CommandChannelOf(target.name);
+  return target;
+}
 
 void Timeline::Anchor(MonoNs now, std::int64_t utime) {
   anchor_ = now;
@@ -92,10 +145,15 @@ ReplayRange FindRange(const std::vector<Bytes>& bytes, const ReplayRangeOptions&
     range.end_utime = std::clamp(*options.until, -kFarthestUtime, kFarthestUtime);
     SetToMinimum(range.end, logs.Find(range.end_utime));
   }
-  EventCounter counter(logs);
-  if (options.start_event > 0) SetToMaximum(range.begin, counter.PositionOf(options.start_event));
+  logs.Go(logs.Begin(), logs.End());
+  std::int64_t number = 0;  // of the event at the head
+  const auto position_of = [&](std::int64_t event) {
+    for (; number < event && logs.Head() != nullptr; ++number) logs.Advance();
+    return logs.Position();
+  };
+  if (options.start_event > 0) SetToMaximum(range.begin, position_of(options.start_event));
   if (options.end_event) {
-    SetToMinimum(range.end, counter.PositionOf(*options.end_event));
+    SetToMinimum(range.end, position_of(*options.end_event));
     if (logs.Head() != nullptr) range.end_utime = std::min(range.end_utime, logs.HeadUtime());
   }
   SetToMaximum(range.end, range.begin);
@@ -203,16 +261,10 @@ void Replay::EndRound() {
   logs_.Go(range_.begin, range_.end);
 }
 
-void Replay::Pause(MonoNs now) { timeline_.Pause(now); }
-
-void Replay::Resume(MonoNs now) { timeline_.Resume(now); }
-
 void Replay::Step(MonoNs now) {
   timeline_.Pause(now);
   step_ = !AtEnd();
 }
-
-void Replay::SetSpeed(double speed, MonoNs now) { timeline_.SetSpeed(speed, now); }
 
 void Replay::Seek(std::int64_t utime, MonoNs now) {
   const std::int64_t to = std::clamp(utime, range_.begin_utime, std::max(range_.begin_utime, range_.end_utime));

@@ -8,7 +8,6 @@
 #include "core/device/link.h"
 #include "drivers/hal/can_netlink.h"
 #include "drivers/hal/serial_port.h"
-#include "drivers/runtime/bus/serial_transactor.h"
 #include "drivers/runtime/bus/transactor.h"
 #include "tools/scan/scan.h"
 

@@ -7,11 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/config/load.h"
-#include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tests/support/fake_clock.h"
 #include "tests/support/scripted_link.h"
 #include "tests/support/simulator_link.h"
-#include "tools/scan/format_scan.h"
 
 namespace axlecast {
 namespace {

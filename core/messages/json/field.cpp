@@ -1,10 +1,6 @@
 #include "core/messages/json/field.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
-
-#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
@@ -23,34 +19,11 @@ nlohmann::ordered_json Field(double value) {
   return value;
 }
 
-nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
-  std::array<std::uint8_t, 8> bytes{};
-  auto rest = static_cast<std::uint64_t>(boot_id);
-  for (std::size_t i = bytes.size(); i-- > 0; rest >>= 8U) bytes[i] = static_cast<std::uint8_t>(rest & 0xFFU);
-  return HexDigits(bytes);
-}
-
 nlohmann::ordered_json NameField(std::int64_t number, NumberNames names) {
   for (const NumberName& known : names) {
     if (known.number == number) return known.name;
   }
   return nullptr;
-}
-
-nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  std::uint32_t rest = bits;
-  for (const NumberName& known : names) {
-    const auto mask = static_cast<std::uint32_t>(known.number);
-    if ((rest & mask) == 0) continue;
-    rest &= ~mask;
-    list.push_back(known.name);
-  }
-  if (rest == 0) return list;
-  std::array<char, 16> hex{};
-  static_cast<void>(std::snprintf(hex.data(), hex.size(), "0x%x", rest));
-  list.push_back(hex.data());
-  return list;
 }
 
 nlohmann::ordered_json CountsByName(std::span<const std::int64_t> counts, NumberNames names) {
@@ -85,9 +58,7 @@ std::string JsonLine(const nlohmann::ordered_json& json) {
   std::string line;
   std::size_t done = 0;
   while (const auto part = FindUnsafe(text, done)) {
-    std::array<char, 8> escape{};
-    static_cast<void>(std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(part->code)));
-    line += text.substr(done, part->begin - done) + escape.data();
+    line += text.substr(done, part->begin - done) + Text("\\u%04x", static_cast<unsigned>(part->code));
     done = part->begin + part->size;
   }
   return line + text.substr(done);

@@ -25,13 +25,17 @@ namespace axlecast {
 [[nodiscard]] nlohmann::ordered_json Field(double value);  // null unless finite
 [[nodiscard]] inline nlohmann::ordered_json Field(const std::string& value) { return value; }
 
-[[nodiscard]] nlohmann::ordered_json BootIdField(std::int64_t boot_id);  // 16 hex digits
+[[nodiscard]] inline nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
+  return Text("%016llx", static_cast<unsigned long long>(boot_id));
+}
 [[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
 
 // The number's name; null when it has none, e.g. that of a newer version.
 [[nodiscard]] nlohmann::ordered_json NameField(std::int64_t number, NumberNames names);
 // The names of the bits that are set; bits without a name as one hexadecimal number at the end.
-[[nodiscard]] nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names);
+[[nodiscard]] inline nlohmann::ordered_json BitNamesField(std::uint32_t bits, NumberNames names) {
+  return BitNames(bits, names);
+}
 template <typename Numbers>
 requires requires(const Numbers& numbers) { numbers[0]; }
 [[nodiscard]] nlohmann::ordered_json BitNamesField(const Numbers& numbers, NumberNames names) {

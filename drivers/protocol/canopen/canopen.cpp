@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/device/operation.h"
-
 namespace axlecast::canopen {
 namespace {
 
@@ -82,8 +80,8 @@ struct ErrorClass {
   const char* name;
 };
 
-// Table 26.
-constexpr std::array<ErrorClass, 23> kClasses = {{
+// Table 26. The last entry is for all other codes.
+constexpr std::array<ErrorClass, 24> kClasses = {{
     {0x00, 0x00, "no error"},
     {0x10, 0x10, "generic"},
     {0x20, 0x20, "current"},
@@ -107,6 +105,7 @@ constexpr std::array<ErrorClass, 23> kClasses = {{
     {0x90, 0x9F, "external"},
     {0xF0, 0xFE, "additional functions"},
     {0xFF, 0xFF, "device specific"},
+    {0x00, 0xFF, "unknown"},
 }};
 
 constexpr std::array<const char*, 8> kRegisterBits = {
@@ -139,8 +138,6 @@ std::optional<NmtState> ParseHeartbeat(Bytes data) {
 const char* NmtStateName(NmtState state) { return FindState(state)->second; }
 
 // ---- service data objects ----
-
-std::string ObjectText(ObjectId object) { return Text("%04Xh:%02X", unsigned{object.index}, unsigned{object.sub}); }
 
 CanFrame RequestFrame(std::uint8_t node, const SdoRequest& request) {
   constexpr auto kRead = static_cast<std::uint8_t>(kUpload << 5);
@@ -199,11 +196,10 @@ std::optional<Emergency> ParseEmergency(Bytes data) {
 }
 
 const char* EmergencyClass(std::uint16_t code) {
-  const auto upper = static_cast<std::uint8_t>(code >> 8);
-  for (const ErrorClass& known : kClasses) {
-    if (upper >= known.first && upper <= known.last) return known.name;
-  }
-  return "unknown";
+  const int upper = code >> 8;
+  return std::find_if(kClasses.begin(), kClasses.end(),
+                      [&](const ErrorClass& known) { return upper >= known.first && upper <= known.last; })
+      ->name;
 }
 
 std::string ErrorRegisterText(std::uint8_t error_register) {

@@ -54,7 +54,6 @@ struct ObjectId {
   std::uint8_t sub = 0;
   friend constexpr bool operator==(const ObjectId&, const ObjectId&) = default;
 };
-[[nodiscard]] std::string ObjectText(ObjectId object);  // "1018h:01"
 
 // One transfer of a client. All objects that are written here have 32 bits.
 struct SdoRequest {
@@ -68,8 +67,6 @@ struct SdoRequest {
 // Table 22.
 enum class AbortCode : std::uint32_t {
   kTimedOut = 0x0504'0000,
-  kBadCommand = 0x0504'0001,
-  kNoSuchObject = 0x0602'0000,
   kBadLength = 0x0607'0010,
 };
 [[nodiscard]] CanFrame AbortFrame(std::uint8_t node, ObjectId object, AbortCode code);

@@ -11,7 +11,7 @@ constexpr AlarmSpec kBattery = {6, E::SOURCE_DEVICE, E::SEVERITY_ERROR, "battery
 constexpr AlarmSpec kLow = {7, E::SOURCE_DEVICE, E::SEVERITY_WARNING, "battery_alarm", "Replace the battery soon."};
 constexpr std::int64_t kHour = 3'600'000'000;
 
-// What operators say of alarms: acknowledged, shelved.
+// What operators do with alarms: acknowledged, shelved.
 class AlarmMarksTest : public testing::Test {
  protected:
   const alarm_t& Message() {

@@ -6,8 +6,6 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "drivers/runtime/axis/motion.h"
-
 namespace axlecast {
 namespace {
 

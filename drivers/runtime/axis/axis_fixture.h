@@ -42,7 +42,7 @@ struct TestDevice {
   BusConfig bus;
 };
 
-// A reading of the encoder standing at `counts` of its whole range, with an instant known to +-`half_width`.
+// A reading of the encoder at `counts` of its whole range, with a timestamp known to +-`half_width`.
 inline Sample ReadingAt(MonoNs at, std::int64_t counts, MonoNs half_width = 1 * kMicrosecond) {
   Sample sample;
   sample.at = {at - half_width, at + half_width};
@@ -75,7 +75,7 @@ class AxisTest : public testing::Test {
     sample.turns = 0;
     return sample;
   }
-  // A datum set now, by somebody who stands at the axis.
+  // A datum set now, by an operator at the axis.
   void Home(std::int64_t counts) { axis_->SetDatum({counts, 1}, t_, t_); }
   // A datum of an earlier day.
   void Restore(std::int64_t counts) { axis_->SetDatum({counts, 1}, -kSecond * 3'600, t_); }

@@ -163,7 +163,7 @@ TEST_F(AxisTest, TheCounterMendsWhatAGapBroke) {
   EXPECT_FALSE(Has(unsure, position_t::FLAG_TURNS_VALID));
   EXPECT_FALSE(Has(unsure, position_t::FLAG_REFERENCED));
   const std::int32_t epoch = axis_->reference().epoch();
-  // A single damaged counter must not be believed: three that say the same are.
+  // A single damaged counter must not be accepted; three equal ones are.
   EXPECT_EQ(Read(11 * kTurn).counts, 10 * kTurn);
   EXPECT_EQ(Read(11 * kTurn).counts, 10 * kTurn);
   const AxisReading mended = Read(11 * kTurn);
@@ -201,7 +201,7 @@ TEST_F(AxisTest, TurnsThatTheDeviceDoubtsAreCountedAndNotTrusted) {
   EXPECT_EQ(reading.counts, 0);
   EXPECT_TRUE(Has(reading, position_t::FLAG_TURNS_VALID));
   EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED));
-  // The device trusts itself again, but says something else: what was referenced is not any more.
+  // The device trusts its counter again, but with another value: the reference is lost.
   for (int i = 0; i < 3; ++i) reading = Read(40'000 * kTurn);
   EXPECT_EQ(reading.counts, 40'000 * kTurn - 5 * kTurn - kWhole);  // the short way round
   EXPECT_TRUE(axis_->reference().lost());
@@ -361,7 +361,7 @@ TEST_F(AxisTest, EachDatumIsANewEpochButTheSameOneIsNot) {
 
 TEST_F(AxisTest, AfterARestartTheReadingNearestToTheDatumIsTaken) {
   Make();
-  Settle(kWhole - 2 * kTurn);  // the axis stands two turns below its datum, which was set at turn 0
+  Settle(kWhole - 2 * kTurn);  // the axis is two turns below its datum, which was set at turn 0
   Restore(0);
   const AxisReading reading = Read(kWhole - 2 * kTurn);
   EXPECT_EQ(reading.kind, Kind::kGood);
@@ -382,7 +382,7 @@ TEST_F(AxisTest, ASingleTurnEncoderOnALinearAxisForgetsItsTurnsInARestart) {
   Make();
   Read(SingleTurn(0));
   Read(SingleTurn(0));
-  Restore(0);  // homed before the restart, moved ten turns since: nobody can tell
+  Restore(0);  // homed before the restart, moved ten turns since: unknown
   const AxisReading linear = Read(SingleTurn(0));
   EXPECT_TRUE(Has(linear, position_t::FLAG_VALID));
   EXPECT_FALSE(Has(linear, position_t::FLAG_TURNS_VALID));
@@ -531,7 +531,7 @@ TEST_F(AxisTest, SpeedFromReadingsWithUncertainInstants) {
     (void)axis_->Take(ReadingAt(t_, kTurn * 2 * 25 * i / 1'000, 5 * kMillisecond));
   }
   EXPECT_NEAR(axis_->SpeedRadS(), 4 * std::numbers::pi, 0.02);
-  // Instants that are known to half a second tell no speed.
+  // Timestamps with an uncertainty of half a second give no speed.
   t_ += kApart;
   (void)axis_->Take(ReadingAt(t_, kTurn, kSecond / 2));
   EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));

@@ -1,7 +1,6 @@
 #include "drivers/runtime/axis/device_health.h"
 
 #include <algorithm>
-#include <axlecast/device_info_t.hpp>
 #include <cstdio>
 #include <numeric>
 

@@ -67,7 +67,7 @@ TEST_F(DeviceHealthTest, ASlowBusNeedsThreeFailuresOverASecond) {
   EXPECT_EQ(State(), kOffline);
 }
 
-// Other work may have taken its turns: nothing says that it would not answer.
+// Other work may have used its slots: it would perhaps have answered.
 TEST_F(DeviceHealthTest, ADeviceThatIsNotAskedIsDegradedAndNeverOffline) {
   health_.OnGood(t_);
   health_.Tick(t_ + 900 * kMillisecond);

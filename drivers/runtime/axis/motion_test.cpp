@@ -295,7 +295,7 @@ constexpr std::int64_t kTolerance = 36 + 2 * 4;  // 0.1 degrees of 17 bits, and 
 
 class StandstillTest : public testing::Test {
  protected:
-  // Readings of a shaft that stands, `period` apart, over `duration`.
+  // Readings of a shaft at standstill, `period` apart, over `duration`.
   void Rest(MonoNs duration, MonoNs period, bool continuous = true) {
     for (const MonoNs end = t_ + duration; t_ < end; t_ += period) judge_.Add(At(t_, counts_), continuous);
   }

@@ -2,7 +2,7 @@
 #include <axlecast/position_t.hpp>
 #include <random>
 
-#include "drivers/runtime/axis/position_output.h"
+#include "drivers/runtime/axis/device_publisher.h"
 
 namespace axlecast {
 namespace {
@@ -99,7 +99,7 @@ TEST(Block, FortyReadingsFillIt) {
     block.Add(At(at), 100 + i, i, 2);
   }
   EXPECT_TRUE(block.Full());
-  const position_block_t& message = block.Take();
+  const position_block_t& message = block.message();
   EXPECT_EQ(message.n, 40);
   EXPECT_EQ(message.mono_ns, kSecond);
   EXPECT_EQ(message.datum_epoch, 2);
@@ -141,10 +141,10 @@ TEST(Block, CountsWhatWasMissedUntilItIsSent) {
   block.Miss();
   block.Miss();
   block.Add(At(kSecond), 1, 1, 0);
-  EXPECT_EQ(block.Take().missed, 2);
+  EXPECT_EQ(block.message().missed, 2);
   block.Clear();
   EXPECT_TRUE(block.empty());
-  EXPECT_EQ(block.Take().missed, 0);
+  EXPECT_EQ(block.message().missed, 0);
 }
 
 }  // namespace

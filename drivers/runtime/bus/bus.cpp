@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/bus/serial_transactor.h"
-#include "drivers/runtime/bus/transactor.h"
-
 namespace axlecast {
 namespace {
 
@@ -106,7 +103,7 @@ MonoNs Bus::Deliver(const Event* event, std::size_t device, MonoNs now) {
 MonoNs Bus::Reopen(MonoNs by) {
   MonoNs now = clock_.Now();
   if (now < reopen_at_) {
-    // Only how long it slept matters: the line is closed, and whoever woke it looks for the reason.
+    // The line is closed, so only the time matters. The caller handles what it was woken for.
     static_cast<void>(link_.Wait(std::min(reopen_at_, by)));
     return clock_.Now();
   }
@@ -124,13 +121,17 @@ MonoNs Bus::Reopen(MonoNs by) {
     DeliverToAll(event);
     return now;
   }
-  reopen_at_ = now + reopen_pause_;
-  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
+  Pause(now);
   if (opened.error().text != problem_) {
     problem_ = std::move(opened.error().text);
     observer_.OnLink(false, problem_, now);
   }
   return now;
+}
+
+void Bus::Pause(MonoNs now) {
+  reopen_at_ = now + reopen_pause_;
+  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
 }
 
 Result<> Bus::OpenAll() {
@@ -140,17 +141,14 @@ Result<> Bus::OpenAll() {
 
 void Bus::Down(const Event& event) {
   const MonoNs now = event.received.last;
-  const Link::LineErrors errors = link_.Errors();
-  closed_errors_.framing += errors.framing;
-  closed_errors_.dropped += errors.dropped;
+  closed_errors_ = LineErrors();
   link_.Close();
   if (settings_.lines != nullptr) settings_.lines->Close();
   up_ = false;
   ++losses_;
-  // A line that breaks again at once is not worth a fresh start.
+  // The back-off restarts only if the line stayed open longer than reopen_max.
   if (now - up_since_ > settings_.reopen_max) reopen_pause_ = settings_.reopen_first;
-  reopen_at_ = now + reopen_pause_;
-  reopen_pause_ = std::min(2 * reopen_pause_, settings_.reopen_max);
+  Pause(now);
   problem_ = "the line was lost: adapter unplugged, or the simulator stopped; it is opened again by itself";
   if (wire_ != nullptr) wire_->Flush();
   observer_.OnLink(false, problem_, now);
@@ -161,17 +159,17 @@ void Bus::DeliverToAll(const Event& event) {
   for (std::size_t i = 0; i < schedule_.size(); ++i) schedule_.device(i).On(event);
 }
 
+Link::LineErrors Bus::LineErrors() const {
+  if (!up_) return closed_errors_;
+  const Link::LineErrors now = link_.Errors();
+  return {closed_errors_.framing + now.framing, closed_errors_.dropped + now.dropped};
+}
+
 Bus::Counters Bus::counters() const {
-  Counters counters{.exchanges = exchanges_,
-                    .losses = losses_,
-                    .reopens = std::max<std::int64_t>(0, opens_ - 1),
-                    .line = closed_errors_};
-  if (up_) {
-    const Link::LineErrors now = link_.Errors();
-    counters.line.framing += now.framing;
-    counters.line.dropped += now.dropped;
-  }
-  return counters;
+  return {.exchanges = exchanges_,
+          .losses = losses_,
+          .reopens = std::max<std::int64_t>(0, opens_ - 1),
+          .line = LineErrors()};
 }
 
 }  // namespace axlecast

@@ -27,7 +27,7 @@ class LinkObserver {
 struct BusSettings {
   ScheduleSettings schedule;
   LineFormat wire = {};         // of a real line; without baud, replies may come faster than a wire carries them
-  bool echo = false;            // the adapter hears its own transmission
+  bool echo = false;            // the adapter receives its own transmission
   MonoNs late = 0;              // the longest time from a request to its reply; 0: replies are never late
   PulseLines* lines = nullptr;  // additional lines of the bus; opened and closed with its line
   // Pause before the line is opened again. It doubles with each failure.
@@ -75,6 +75,10 @@ class Bus {
   MonoNs Reopen(MonoNs by);
   void Down(const Event& event);
   [[nodiscard]] Result<> OpenAll();
+  // Sets when the line is opened next.
+  void Pause(MonoNs now);
+  // Returns the errors since start.
+  [[nodiscard]] Link::LineErrors LineErrors() const;
   MonoNs Transmit(const Schedule::Choice& choice, MonoNs now);
   MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);

@@ -6,9 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
-#include "core/device/can.h"
 
 namespace axlecast {
 namespace {
@@ -17,7 +15,7 @@ using State = CanController::State;
 
 constexpr const char* kWiring = "wiring, termination (120 ohm at both ends)";
 
-// What was added to a count that may have begun anew.
+// Returns the increase of a count that may have restarted.
 std::int64_t More(std::int64_t now, std::int64_t before) { return now >= before ? now - before : now; }
 
 constexpr std::size_t kPortBytes = 120;
@@ -28,18 +26,6 @@ std::int64_t Sum(std::span<const std::int64_t> values) {
 }
 
 }  // namespace
-
-std::array<CanWatch::Alarm, CanWatch::kKinds> CanWatch::Specs() {
-  std::array<Alarm, kKinds> alarms;
-  alarms[kBusOff].spec = &runtime_alarms::kCanBusOff;
-  alarms[kUnacknowledged].spec = &runtime_alarms::kCanUnacknowledged;
-  alarms[kQueueFull].spec = &runtime_alarms::kCanQueueFull;
-  alarms[kBusErrors].spec = &runtime_alarms::kCanBusErrors;
-  alarms[kErrorPassive].spec = &runtime_alarms::kCanErrorPassive;
-  alarms[kFramesLost].spec = &runtime_alarms::kCanFramesLost;
-  alarms[kErrorWarning].spec = &runtime_alarms::kCanErrorWarning;
-  return alarms;
-}
 
 void CanWatch::Update(const CanController& controller, MonoNs now) {
   const CanController before = std::exchange(controller_, controller);
@@ -82,7 +68,7 @@ void CanWatch::CountErrors(std::int64_t more) {
   const ErrorCount oldest = errors_[snapshots_ < kSnapshots ? 0 : snapshots_ % kSnapshots];
   if (snapshots_ > 0 && now_ > oldest.at) {
     const std::int64_t recent = error_total_ - oldest.total;
-    // Of less than a second nothing is known beyond what was counted.
+    // In less than a second, the count itself is the rate.
     const double seconds = std::max(static_cast<double>(now_ - oldest.at) / static_cast<double>(kSecond), 1.0);
     const auto rate = static_cast<std::int64_t>(static_cast<double>(recent) / seconds);
     if (rate >= kManyErrors) {
@@ -158,7 +144,7 @@ std::string CanWatch::StateText(State state, std::string_view name) const {
     text = "was " + text;
   } else if (tec >= 0 && rec >= 0) {
     text += " (tec " + std::to_string(tec) + ", rec " + std::to_string(rec) + "): what it " +
-            (tec >= rec ? "sends" : "hears") + " is damaged";
+            (tec >= rec ? "sends" : "receives") + " is damaged";
   }
   return text + "; check bit rate" + Rate() + ", " + kWiring;
 }

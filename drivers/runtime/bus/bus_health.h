@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/alarm/alarm_codes.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/can.h"
@@ -92,7 +93,13 @@ class CanWatch {
   CanController controller_;
   MonoNs now_ = 0;
   std::array<MonoNs, kKinds> until_{};
-  std::array<Alarm, kKinds> alarms_ = Specs();
+  std::array<Alarm, kKinds> alarms_{{{&runtime_alarms::kCanBusOff},
+                                     {&runtime_alarms::kCanUnacknowledged},
+                                     {&runtime_alarms::kCanQueueFull},
+                                     {&runtime_alarms::kCanBusErrors},
+                                     {&runtime_alarms::kCanErrorPassive},
+                                     {&runtime_alarms::kCanFramesLost},
+                                     {&runtime_alarms::kCanErrorWarning}}};
   std::array<ErrorCount, kSnapshots> errors_{};  // a ring
   std::size_t snapshots_ = 0;
   std::int64_t error_total_ = 0;
@@ -100,8 +107,6 @@ class CanWatch {
   const AlarmSpec* worst_ = nullptr;
   std::string trouble_;
   std::int64_t revision_ = 0;
-
-  [[nodiscard]] static std::array<Alarm, kKinds> Specs();
 };
 
 // The readings of one device since the driver started.

@@ -194,7 +194,7 @@ constexpr MonoNs kTick = 100 * kMillisecond;
 
 class CanWatchTest : public ::testing::Test {
  protected:
-  // Snapshots every 100 ms for so long, all alike.
+  // Equal snapshots every 100 ms for this time.
   void Stay(MonoNs time) {
     for (const MonoNs end = now_ + time; now_ < end;) Tick();
   }
@@ -326,7 +326,7 @@ TEST_F(CanWatchTest, TheCountersSayWhetherSendingOrReceivingFails) {
   controller_.tec = 0;
   controller_.rec = 135;
   Tick();
-  EXPECT_THAT(Trouble(), HasSubstr("hears"));
+  EXPECT_THAT(Trouble(), HasSubstr("receives"));
   controller_.state = State::kActive;  // over; the alarm stays for a while
   controller_.rec = 90;
   Tick();

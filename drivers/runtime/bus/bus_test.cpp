@@ -131,8 +131,7 @@ TEST_F(BusTest, OneThatDoesNotWaitGoesOutBetweenBytesAndBeforeTheSilenceOfOthers
   ASSERT_EQ(link_.written().size(), before + 1);
   EXPECT_EQ(link_.written().back()[1], PolledDevice::kStop);
   EXPECT_EQ(link_.write_times().back(), wanted);
-  EXPECT_THAT(devices_[1]->told, Contains(Event::Kind::kUnexpectedBytes))
-      << "what came before is told all the same";
+  EXPECT_THAT(devices_[1]->told, Contains(Event::Kind::kUnexpectedBytes)) << "what came before is reported too";
 }
 
 TEST_F(BusTest, StrayBytesAreToldToAllButAnOutcomeOnlyToItsDevice) {

@@ -39,9 +39,9 @@ constexpr std::size_t kLiveRank = kFirstRank + static_cast<std::size_t>(Priority
 constexpr std::size_t kListenRank = 7;
 constexpr std::size_t kIdleRank = 8;
 
-// Turns of orders that a device whose reading is due lets pass, for each device of the bus.
-constexpr std::size_t kCommandTurns = 1;
-constexpr std::size_t kStopTurns = 4;
+// Slots of commands, for each device of the bus, after which a due reading goes first.
+constexpr std::size_t kCommandSlots = 1;
+constexpr std::size_t kStopSlots = 4;
 
 std::size_t RankOf(const Step& step) {
   if (std::holds_alternative<Idle>(step.action)) return kIdleRank;
@@ -53,7 +53,7 @@ std::size_t RankOf(const Step& step) {
 }
 
 bool IsStop(std::size_t rank) { return rank == kRegardlessRank || rank == kStopRank; }
-bool IsOrder(std::size_t rank) { return IsStop(rank) || rank == kCommandRank; }
+bool IsCommand(std::size_t rank) { return IsStop(rank) || rank == kCommandRank; }
 
 }  // namespace
 
@@ -83,7 +83,7 @@ const Schedule::Choice& Schedule::Choose(MonoNs now) {
   const Best best = Find(Look::kAll, now);
   if (best.rank >= kIdleRank) choice_.step.action = Idle{choice_.until};
   const bool slow_share = slots_ % settings_.reserve_every == settings_.reserve_every - 1;
-  const bool shares = slow_share || IsOrder(best.rank);
+  const bool shares = slow_share || IsCommand(best.rank);
   if (!shares || best.rank == kSilenceRank || best.rank >= kListenRank) return choice_;
   const Choice first = choice_;
   const std::size_t rank = rank_;
@@ -93,27 +93,28 @@ const Schedule::Choice& Schedule::Choose(MonoNs now) {
   return choice_;
 }
 
-// Gives the turn to a slow item whose share has come, or to a reading that is overdue. False: `best` keeps the turn.
+// Gives the slot to a slow item whose share is due, or to a reading that is overdue. Returns false if `best` keeps the slot.
 bool Schedule::TakeShare(const Best& best, MonoNs now) {
   if (!IsStop(best.rank) && slots_ % settings_.reserve_every == settings_.reserve_every - 1) {
     if (Find(Look::kSlow, now).rank < kListenRank) return true;
     ++slots_;
   }
-  const bool overdue = IsOrder(best.rank) && std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-                         return Overdue(entry, best.rank) && LiveDue(entry, now);
-                       });
+  const bool overdue =
+      IsCommand(best.rank) && std::any_of(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+        return Overdue(entry, best.rank) && LiveDue(entry, now);
+      });
   return overdue && Find(IsStop(best.rank) ? Look::kOverdueByStops : Look::kOverdue, now).rank == kLiveRank;
 }
 
-// When a whole bus falls silent, its devices fail in turns: none of them counts as answering while the others still
-// collect their failures. One lost reply is not enough to tell.
+// If a whole bus becomes silent, its devices fail one after the other. A device that has failed does not count as answering
+// while the others still fail. One lost reply is not sufficient.
 int Schedule::FailuresOfTheMissing() const { return std::min(2, settings_.silent_after); }
 
 bool Schedule::Overdue(const Entry& entry, std::size_t rank) const {
-  return entry.commands >= (IsStop(rank) ? kStopTurns : kCommandTurns) * entries_.size();
+  return entry.commands >= (IsStop(rank) ? kStopSlots : kCommandSlots) * entries_.size();
 }
 
-// A device that does not answer is asked rarely only for the sake of devices that do.
+// A silent device is polled rarely only while another device answers.
 MonoNs Schedule::PausedUntil(const Entry& entry) const {
   return answering_ > 0 ? entry.paused_until : entry.soon_until;
 }
@@ -129,7 +130,7 @@ Schedule::Best Schedule::Find(Look look, MonoNs now) {
   return best;
 }
 
-// What the device wants; it waits in place of an exchange that a late reply could seem to answer.
+// Returns the next step of the device; Idle instead of an exchange whose reply could be confused with a late reply.
 Step Schedule::Ask(const Entry& entry, MonoNs now, bool poll_due, bool reserved) const {
   Step step = entry.device->Next({.now = now, .poll_due = poll_due, .reserved = reserved, .pending = pending_});
   const auto* exchange = std::get_if<Exchange>(&step.action);
@@ -152,7 +153,7 @@ void Schedule::Consider(std::size_t index, MonoNs now, Look look, Best& best) {
   const std::size_t rank = RankOf(step);
   AskAgain(entry, step, now, poll_due);
   if (look == Look::kSlow ? rank <= kLiveRank : look != Look::kAll && rank != kLiveRank) return;
-  // A silent device may be stopped, commanded and cleared up after; its readings wait for the end of the pause.
+  // Stops and commands are sent to a silent device, and the line is emptied after it. Its readings wait for the end of the pause.
   if (now < PausedUntil(entry) && rank >= kLiveRank && rank < kListenRank) return;
   if (rank > best.rank || rank >= kIdleRank) return;
   const auto* listen = std::get_if<Listen>(&step.action);
@@ -178,7 +179,7 @@ void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool poll_du
 void Schedule::Started(MonoNs now) {
   ++slots_;
   entries_[choice_.device].asked[rank_] = slots_;
-  if (IsOrder(rank_)) {
+  if (IsCommand(rank_)) {
     for (Entry& entry : entries_) ++entry.commands;
   }
   if (!choice_.live) return;
@@ -208,7 +209,7 @@ void Schedule::OnSilent(Entry& entry, const Event& event, MonoNs now) {
   entry.slots.Excuse(PausedUntil(entry));
 }
 
-// How long the other devices wait, because the reply that did not come could be taken for theirs.
+// Returns how long the other devices wait, because the missing reply could be confused with theirs.
 MonoNs Schedule::HeldBack(const Entry& silent, MonoNs now) const {
   MonoNs longest = 0;
   for (const Entry& other : entries_) {
@@ -220,7 +221,7 @@ MonoNs Schedule::HeldBack(const Entry& silent, MonoNs now) const {
   return longest;
 }
 
-// The first answer after none at all is that of a bus that has come back: every device is asked at once.
+// The first answer after a silence of all devices: the bus works again, and every device is polled at once.
 void Schedule::OnAnswered(Entry& entry) {
   if (answering_ == 0) {
     for (Entry& other : entries_) other.paused_until = 0;

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <vector>
 
-#include "drivers/runtime/bus/serial_transactor.h"
+#include "drivers/runtime/bus/transactor.h"
 #include "tests/support/scripted_link.h"
 
 namespace axlecast {

@@ -13,14 +13,14 @@ ReplyMatch Match(const ReplyShape& shape, Bytes request, Bytes reply) {
   return reply.empty() ? ReplyMatch::kNo : shape.match(request, reply);
 }
 
-// What came of an exchange, as its own reply.
+// Returns how the event matches the reply that the exchange expects.
 ReplyMatch MatchOwn(const Exchange& exchange, const Event& event) {
   if (exchange.shape.match == nullptr) {
     return event.kind == Event::Kind::kReply ? ReplyMatch::kYes : ReplyMatch::kNo;
   }
   const std::size_t begin = exchange.reply_begin == nullptr ? 0 : exchange.reply_begin(event.bytes);
   const ReplyMatch match = Match(exchange.shape, exchange.request, event.bytes.subspan(begin));
-  // Its first byte may be damaged, so that it was not seen to begin.
+  // The first byte may be damaged, so that the begin was not recognised.
   if (match != ReplyMatch::kNo || begin == 0) return match;
   return Match(exchange.shape, exchange.request, event.bytes);
 }
@@ -62,7 +62,7 @@ void StaleReplyGuard::Ended(const Exchange& exchange, std::size_t device, const 
   const ReplyMatch match = MatchOwn(exchange, event);
   if (match == ReplyMatch::kYes) return OnOwnReply(exchange, device, event.sent.last);
   if (match == ReplyMatch::kDamaged) return;
-  // A refusal, or bytes that hardly look like a reply, are its own only where no other one waits for its reply.
+  // A refusal, or bytes that are similar to a reply, are assigned to this request only if no other request is held.
   if (count_ == 0 && match != ReplyMatch::kNo) return;
   // The rest of a late reply may follow. Bytes that may hold a secret are not kept.
   if (!event.secret) unexpected_ = Frame(event.bytes.first(std::min(event.bytes.size(), kMaxFrame)));
@@ -72,8 +72,7 @@ void StaleReplyGuard::Ended(const Exchange& exchange, std::size_t device, const 
 
 void StaleReplyGuard::OnOwnReply(const Exchange& exchange, std::size_t device, MonoNs sent) {
   if (exchange.shape.fresh) devices_[device].unknown = false;
-  // It may be the reply to an earlier one of its shape, which only an interchangeable one allows: then this one is not
-  // answered yet.
+  // It may be the reply to an earlier interchangeable request. Then this request is not answered yet.
   for (std::size_t i = 0; i < count_; ++i) {
     if (held_[i].device != device || held_[i].shape.reply != exchange.shape.reply) continue;
     Erase(i);
@@ -115,7 +114,7 @@ bool StaleReplyGuard::RecogniseOne() {
   return false;
 }
 
-// The oldest held request whose whole reply these bytes begin with.
+// Returns the index of the oldest held request whose whole reply is at the begin of these bytes, or count_.
 std::size_t StaleReplyGuard::FindReplyAt(Bytes bytes) const {
   for (std::size_t i = 0; i < count_; ++i) {
     const Held& held = held_[i];
@@ -134,7 +133,7 @@ void StaleReplyGuard::Hold(const Exchange& exchange, std::size_t device, MonoNs 
     return;
   }
   Bytes request = exchange.request;
-  // A longer request may hold a secret behind what its reply repeats.
+  // A longer request may contain a secret behind the part that its reply repeats.
   if (exchange.secret && request.size() > kSizeOfRead) request = request.first(kHeadOfSecret);
   held_[count_++] = {Frame(request), exchange.reply_length, exchange.shape, device, until};
 }

@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <functional>
+
 #include "core/base/time.h"
+#include "core/device/line_settings.h"
 #include "core/device/link.h"
 #include "core/device/probe.h"
 #include "core/device/step.h"
@@ -50,5 +54,74 @@ class CanTransactor final : public Transactor {
 // a late reply to an earlier request could look like its reply.
 [[nodiscard]] bool RunProbe(Probe& probe, Transactor& transactor, const Clock& clock, StaleReplyGuard& guard,
                             const std::function<bool()>& stop);
+
+// Executes steps on a line of bytes: all except Send. Half duplex: it never transmits while bytes are unread.
+class SerialTransactor final : public Transactor {
+ public:
+  // `echo`: the adapter receives its own transmission. The reply then follows the bytes of the request. An echo that
+  // differs from the request ends the exchange as kTimeout with all bytes.
+  // `lines` may be null: a pulse then ends as kLinkDown.
+  // `line`: the format at which the link opens; without baud it is unknown. A reply that comes sooner than the wire can
+  // carry request and reply answers an earlier request: it becomes unexpected bytes, and the exchange continues.
+  SerialTransactor(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines, const LineFormat& line = {})
+      : link_(link), clock_(clock), echo_(echo), lines_(lines), opened_(line), line_(line) {}
+
+  [[nodiscard]] const Event* FindStray() override;
+  [[nodiscard]] const Event* Run(const Step& step, MonoNs by) override;
+
+  // Transmits the request, which must outlive the event, or the pulse, and collects the reply: kReply, kTimeout or
+  // kLinkDown.
+  [[nodiscard]] const Event* Run(const Exchange& exchange);
+  // kPulsed or kLinkDown.
+  [[nodiscard]] const Event* Run(const Pulse& pulse);
+  // kBaudRateSet or kLinkDown.
+  [[nodiscard]] const Event* Run(const SetBaudRate& change);
+  // kSilent, kUnexpectedBytes (more may follow: wait again) or kLinkDown.
+  [[nodiscard]] const Event* Run(const WaitForIdleLine& idle);
+  // kUnsolicited, kSilent at listen.until, or kLinkDown. Null at `by`, or when woken.
+  [[nodiscard]] const Event* Run(const Listen& listen, MonoNs by);
+  // Sleeps until `by` or until woken (null), or until bytes come: kUnexpectedBytes or kLinkDown.
+  [[nodiscard]] const Event* Sleep(MonoNs by);
+
+ private:
+  [[nodiscard]] bool Transmit(const Exchange& exchange);
+  [[nodiscard]] bool Transmit(const Pulse& pulse) {
+    return lines_ != nullptr && lines_->Pulse(pulse.line, pulse.low);
+  }
+  [[nodiscard]] const Event* Collect(const Exchange& exchange, MonoNs deadline);
+  [[nodiscard]] const Event* Complete(std::size_t begin, std::size_t length, std::size_t count);
+  [[nodiscard]] const Event* TimedOut(std::size_t begin, std::size_t count);
+  // The reply is buffer_[begin, begin + length). Sets event_.received.
+  [[nodiscard]] bool TooEarly(const Exchange& exchange, std::size_t begin, std::size_t length);
+  void NoteRead(std::size_t end);
+  [[nodiscard]] MonoNs ArrivalOf(std::size_t index) const;
+  [[nodiscard]] const Event* Arrived(Event::Kind kind, std::size_t count);
+  [[nodiscard]] const Event* Silent(MonoNs since);
+  [[nodiscard]] const Event* Excess();
+  [[nodiscard]] const Event* Lost();
+  [[nodiscard]] std::size_t EchoSize() const { return echo_ ? event_.request.size() : 0; }
+  [[nodiscard]] bool EchoMatches() const;
+  [[nodiscard]] bool HasExcess() const { return early_waits_ || !excess_.empty(); }
+
+  ByteLink& link_;
+  const Clock& clock_;
+  const bool echo_;
+  PulseLines* const lines_;
+  const LineFormat opened_;
+  LineFormat line_;  // now
+  Event event_;
+  struct Read {
+    std::size_t end = 0;  // index behind its last byte
+    MonoNs at = 0;
+  };
+  std::array<Read, 64> reads_{};  // of the exchange
+  std::size_t read_count_ = 0;
+  MonoNs masked_until_ = 0;  // received bytes may be the late reply to a secret
+  Frame masked_head_;        // begin of the secret's request: address and function
+  Frame early_;              // a reply that came too early; unexpected bytes at the next slot
+  bool early_waits_ = false;
+  Bytes excess_;  // bytes beyond the length of the last reply: unexpected bytes at the next slot
+  std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply
+};
 
 }  // namespace axlecast

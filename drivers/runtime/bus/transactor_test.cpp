@@ -116,7 +116,7 @@ struct Told {
   friend bool operator==(const Told&, const Told&) = default;
 };
 
-// Sends what it is given, then listens for so long at a time.
+// Sends the given frames, then listens for this time at once.
 class Node final : public Device {
  public:
   explicit Node(MonoNs patience) : patience_(patience) {}

@@ -1,19 +1,16 @@
 #include "drivers/runtime/bus/wire_log.h"
 
 #include <algorithm>
-#include <cstddef>
 #include <limits>
 #include <optional>
-
-#include "core/command/commands.h"
 
 namespace axlecast {
 namespace {
 
 constexpr std::size_t kRecordBytes = 16;   // of a record without data
-constexpr std::size_t kMessageBytes = 72;  // of a message without records and without the bus's name
-// Of a frame that holds a secret only address and function are shown: its checksum would help to guess. Of bytes that
-// are no frame nothing is: they may begin anywhere in it.
+constexpr std::size_t kMessageBytes = 72;  // of a message without records and without the name of the bus
+// Of a frame that contains a secret, only address and function are recorded, because its checksum would help to guess the
+// secret. Of bytes that are not a frame, nothing is recorded: they may begin anywhere in the frame.
 constexpr std::size_t kShown = 2;
 constexpr std::size_t kMaxRecords = (WireLog::kFlushBytes - kMessageBytes) / kRecordBytes;
 
@@ -25,29 +22,26 @@ bool IsExchange(const Event& event) {
   return event.kind == Event::Kind::kReply || event.kind == Event::Kind::kTimeout;
 }
 
+// The direction of the record for each kind of event. Further kinds are recorded as DIRECTION_RECEIVE.
+struct DirectionOfKind {
+  Event::Kind kind;
+  std::int8_t direction;
+};
+constexpr DirectionOfKind kDirections[] = {
+    {Event::Kind::kUnexpectedBytes, wire_record_t::DIRECTION_STRAY},
+    {Event::Kind::kSilent, wire_record_t::DIRECTION_SILENT},
+    {Event::Kind::kLinkUp, wire_record_t::DIRECTION_LINK_UP},
+    {Event::Kind::kLinkDown, wire_record_t::DIRECTION_LINK_DOWN},
+    {Event::Kind::kPulsed, wire_record_t::DIRECTION_PULSE},
+    {Event::Kind::kBaudRateSet, wire_record_t::DIRECTION_RETUNED},
+    {Event::Kind::kSent, wire_record_t::DIRECTION_TRANSMIT},
+    {Event::Kind::kConfirmed, wire_record_t::DIRECTION_CONFIRMED},
+    {Event::Kind::kNotSent, wire_record_t::DIRECTION_NOT_SENT},
+};
+
 std::int8_t DirectionOf(Event::Kind kind) {
-  switch (kind) {
-    case Event::Kind::kUnexpectedBytes:
-      return wire_record_t::DIRECTION_STRAY;
-    case Event::Kind::kSilent:
-      return wire_record_t::DIRECTION_SILENT;
-    case Event::Kind::kLinkUp:
-      return wire_record_t::DIRECTION_LINK_UP;
-    case Event::Kind::kLinkDown:
-      return wire_record_t::DIRECTION_LINK_DOWN;
-    case Event::Kind::kPulsed:
-      return wire_record_t::DIRECTION_PULSE;
-    case Event::Kind::kBaudRateSet:
-      return wire_record_t::DIRECTION_RETUNED;
-    case Event::Kind::kSent:
-      return wire_record_t::DIRECTION_TRANSMIT;
-    case Event::Kind::kConfirmed:
-      return wire_record_t::DIRECTION_CONFIRMED;
-    case Event::Kind::kNotSent:
-      return wire_record_t::DIRECTION_NOT_SENT;
-    default:
-      return wire_record_t::DIRECTION_RECEIVE;
-  }
+  const auto* const found = std::ranges::find(kDirections, kind, &DirectionOfKind::kind);
+  return found == std::end(kDirections) ? wire_record_t::DIRECTION_RECEIVE : found->direction;
 }
 
 std::int8_t FlagsOf(const Event& event, std::int8_t direction) {
@@ -62,35 +56,16 @@ Interval IntervalOf(const wire_t& message, const wire_record_t& record) {
 }
 
 std::optional<Event::Kind> KindOf(const wire_record_t& record, bool answers, bool can) {
-  switch (record.direction) {
-    case wire_record_t::DIRECTION_TRANSMIT:
-      return Event::Kind::kSent;
-    case wire_record_t::DIRECTION_CONFIRMED:
-      return Event::Kind::kConfirmed;
-    case wire_record_t::DIRECTION_NOT_SENT:
-      return Event::Kind::kNotSent;
-    case wire_record_t::DIRECTION_RECEIVE:
-      if (can) return Event::Kind::kFrame;
-      if (!answers) return Event::Kind::kUnsolicited;
-      return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
-    case wire_record_t::DIRECTION_STRAY:
-      return Event::Kind::kUnexpectedBytes;
-    case wire_record_t::DIRECTION_SILENT:
-      return Event::Kind::kSilent;
-    case wire_record_t::DIRECTION_LINK_UP:
-      return Event::Kind::kLinkUp;
-    case wire_record_t::DIRECTION_LINK_DOWN:
-      return Event::Kind::kLinkDown;
-    case wire_record_t::DIRECTION_PULSE:
-      return Event::Kind::kPulsed;
-    case wire_record_t::DIRECTION_RETUNED:
-      return Event::Kind::kBaudRateSet;
-    default:
-      return std::nullopt;
+  if (record.direction == wire_record_t::DIRECTION_RECEIVE) {
+    if (can) return Event::Kind::kFrame;
+    if (!answers) return Event::Kind::kUnsolicited;
+    return (record.flags & wire_record_t::FLAG_TIMEOUT) != 0 ? Event::Kind::kTimeout : Event::Kind::kReply;
   }
+  const auto* const found = std::ranges::find(kDirections, record.direction, &DirectionOfKind::direction);
+  return found == std::end(kDirections) ? std::nullopt : std::optional(found->kind);
 }
 
-// Whose step the record ends: an SPI bus has one device.
+// Returns the device whose step the record ends. An SPI bus has one device.
 int DeviceOf(const wire_t& message, const wire_record_t& record, Event::Kind kind) {
   if (Event::IsOfBus(kind)) return -1;
   return message.kind == wire_t::KIND_SPI ? 0 : record.id;
@@ -127,7 +102,7 @@ std::int32_t WireLog::IdOf(const Event& event) const {
   return Event::IsFrame(event.kind) ? static_cast<std::int32_t>(event.id) : event.device;
 }
 
-// False, and counted, when the instants cannot be written in the message's 32 bits.
+// Returns false, and counts the event, if its timestamps do not fit the 32 bits of the message.
 bool WireLog::Add(const Event& event, Interval at, std::int8_t direction, Bytes bytes) {
   const MonoNs after = at.first - message_.mono_ns;
   const MonoNs duration = at.last - at.first;
@@ -162,7 +137,6 @@ void WireLog::Flush() {
 }
 
 void WireReader::Read(const wire_t& message, const Sink& sink) {
-  Follow(message);
   const bool can = message.kind == wire_t::KIND_CAN;
   const wire_record_t* request = nullptr;
   for (const wire_record_t& record : message.records) {
@@ -188,14 +162,6 @@ void WireReader::Read(const wire_t& message, const Sink& sink) {
     request = nullptr;
   }
   if (request != nullptr) ++unreadable_;
-}
-
-void WireReader::Follow(const wire_t& message) {
-  if (message.boot_id == boot_id_ && next_seq_ >= 0 && message.seq > next_seq_) {
-    lost_messages_ += message.seq - next_seq_;
-  }
-  boot_id_ = message.boot_id;
-  next_seq_ = message.seq + 1;
 }
 
 }  // namespace axlecast

@@ -56,17 +56,10 @@ class WireReader {
   // Passes the events of one message to `sink`, in order. Their spans point into the message.
   void Read(const wire_t& message, const Sink& sink);
 
-  // Returns how many messages are missing, from the gaps in the sequence numbers.
-  [[nodiscard]] std::int64_t lost_messages() const { return lost_messages_; }
   // Returns how many records are not valid, or do not fit together.
   [[nodiscard]] std::int64_t unreadable() const { return unreadable_; }
 
  private:
-  void Follow(const wire_t& message);
-
-  std::int64_t boot_id_ = 0;
-  std::int64_t next_seq_ = -1;  // -1: any
-  std::int64_t lost_messages_ = 0;
   std::int64_t unreadable_ = 0;
 };
 

@@ -160,12 +160,8 @@ TEST_F(WireLogTest, WhatCannotBeWrittenIsCounted) {
   EXPECT_EQ(messages[0].dropped, 1);
 }
 
-TEST_F(WireLogTest, TheReaderCountsLostMessagesAndStrangeRecords) {
+TEST_F(WireLogTest, TheReaderCountsStrangeRecords) {
   wire_t message{};
-  message.boot_id = 7;
-  message.seq = 3;
-  reader_.Read(message, [](const Event&) {});
-  message.seq = 6;
   wire_record_t record{};
   record.direction = wire_record_t::DIRECTION_TRANSMIT;
   message.records.push_back(record);
@@ -176,7 +172,6 @@ TEST_F(WireLogTest, TheReaderCountsLostMessagesAndStrangeRecords) {
   int events = 0;
   reader_.Read(message, [&](const Event&) { ++events; });
   EXPECT_EQ(events, 0);
-  EXPECT_EQ(reader_.lost_messages(), 2);
   EXPECT_EQ(reader_.unreadable(), 3);
 }
 
@@ -227,11 +222,12 @@ TEST_F(WireLogTest, ARecordedRunDecodedAgainGivesTheSameReadings) {
 
   RecordingOutput again;
   PolledDevice fresh(1, again);
+  std::int64_t seq = 0;
   for (const wire_t& message : sink_.All<wire_t>(kChannel)) {
+    EXPECT_EQ(message.seq, seq++);
     EXPECT_EQ(message.dropped, 0);
     reader_.Read(message, [&](const Event& event) { fresh.On(event); });
   }
-  EXPECT_EQ(reader_.lost_messages(), 0);
   EXPECT_EQ(reader_.unreadable(), 0);
   EXPECT_EQ(again.errors, live.errors);
   EXPECT_EQ(fresh.told, device.told);

@@ -37,7 +37,8 @@ TEST(EpochFence, ARecordingOfABridgeThatIsLongForgottenDoesNotAct) {
   for (std::int64_t boot = 1; boot < 1'000; ++boot) EXPECT_NE(fence.Check(boot, boot), Verdict::kNewest) << boot;
   EXPECT_EQ(fence.Check(999, 999), Verdict::kFenced);
   EXPECT_EQ(fence.Check(936, 936), Verdict::kFenced);
-  EXPECT_EQ(fence.Check(935, 935), Verdict::kOlder) << "64 replaced bridges are remembered, whoever invents more";
+  EXPECT_EQ(fence.Check(935, 935), Verdict::kOlder)
+      << "64 replaced bridges are remembered, however many are invented";
 }
 
 using ::testing::HasSubstr;
@@ -179,7 +180,7 @@ class SignedPermitTest : public PermitBookTest {
     grant.role = role;
     return grant;
   }
-  // What the book says to a permit for bump on axis1 of a key that says it is `claimed`.
+  // The answer of the table to a permit for bump on axis1, signed with a key that is `claimed`.
   std::string Answer(const SigningKey& claimed, const SigningKey& signer) {
     PermitTable book(bus_, bridge_);
     permit_body_t body = Body("axis1", 1, 500);

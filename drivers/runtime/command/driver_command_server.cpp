@@ -1,24 +1,158 @@
 #include "drivers/runtime/command/driver_command_server.h"
 
 #include <algorithm>
-#include <atomic>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/driver_command_t.hpp>
-#include <axlecast/driver_order_t.hpp>
-#include <axlecast/driver_status_t.hpp>
-#include <deque>
-#include <mutex>
 #include <utility>
 
 #include "core/base/text.h"
 #include "core/command/commands.h"
 #include "core/messages/enum_names.h"
-#include "core/messages/message.h"
-#include "drivers/runtime/command/command_authority.h"
-#include "drivers/runtime/command/command_queues.h"
-#include "drivers/runtime/command/command_status_table.h"
 
 namespace axlecast {
+
+CommandQueues::CommandQueues(const BusConfig& bus) : usual_(bus.devices.size()) {
+  for (const bool urgent : {true, false}) {
+    for (const DeviceConfig& device : bus.devices) {
+      queues_.emplace_back();
+      queues_.back().device = device.name;
+      queues_.back().urgent = urgent;
+    }
+  }
+}
+
+CommandQueues::Queue* CommandQueues::Find(const std::string& device, bool urgent) {
+  const auto found = std::find_if(queues_.begin(), queues_.end(), [&](const Queue& queue) {
+    return queue.urgent == urgent && queue.device == device;
+  });
+  return found == queues_.end() ? nullptr : &*found;
+}
+
+CommandQueues::Queue* CommandQueues::Holding(const std::string& device, const CommandId& id) {
+  const auto found = std::find_if(queues_.begin(), queues_.end(),
+                                  [&](const Queue& queue) { return queue.device == device && queue.held == id; });
+  return found == queues_.end() ? nullptr : &*found;
+}
+
+void CommandQueues::Push(Queue& queue, const CommandId& id) {
+  queue.waiting.push_back(id);
+  ++waiting_;
+}
+
+bool CommandQueues::Drop(Queue& queue, const CommandId& id) {
+  const std::size_t dropped = std::erase(queue.waiting, id);
+  waiting_ -= dropped;
+  return dropped > 0;
+}
+
+bool CommandQueues::Ready(Queue& queue, const std::function<bool(const CommandId&)>& is_over) {
+  waiting_ -= std::erase_if(queue.waiting, is_over);
+  return !queue.held && !queue.waiting.empty();
+}
+
+CommandQueues::Queue* CommandQueues::Next(const std::function<bool(const CommandId&)>& is_over) {
+  for (std::size_t i = 0; i < usual_; ++i) {
+    if (Ready(queues_[i], is_over)) return &queues_[i];
+  }
+  for (std::size_t i = 0; i < usual_; ++i) {
+    const std::size_t index = (next_ + i) % usual_;
+    if (!Ready(queues_[usual_ + index], is_over)) continue;
+    next_ = index + 1;
+    return &queues_[usual_ + index];
+  }
+  return nullptr;
+}
+
+const CommandId& CommandQueues::Hold(Queue& queue) {
+  queue.held = queue.waiting.front();
+  queue.waiting.pop_front();
+  --waiting_;
+  queue.cancel_requested = queue.cancel_taken = false;
+  return *queue.held;
+}
+
+std::string CommandQueues::Devices() const {
+  std::string names;
+  for (std::size_t i = usual_; i < queues_.size(); ++i) names += " " + queues_[i].device;
+  return names;
+}
+
+driver_status_t StatusOf(const driver_order_t& order) {
+  driver_status_t status{};
+  status.kind = driver_status_t::KIND_STATUS;
+  std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
+  status.device = CappedText(order.device, kNameBytes);
+  status.operation = CappedText(order.operation, kNameBytes);
+  status.epoch_after = -1;
+  return status;
+}
+
+CommandStatusTable::CommandStatusTable(const std::string& bus, std::int64_t boot_id, const Clock& clock,
+                                       Output output, std::size_t capacity)
+    : bus_(bus),
+      channel_("DRIVER_STATUS/" + bus),
+      boot_id_(boot_id),
+      clock_(clock),
+      output_(output),
+      capacity_(capacity) {
+  time_.Update(clock_.Now(), clock_.UtcMicroseconds());
+}
+
+CommandStatusTable::Entry* CommandStatusTable::Find(const CommandId& id) {
+  const auto found = entries_.find(id);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+CommandStatusTable::Entry& CommandStatusTable::Add(const driver_order_t& order) {
+  DeleteOldest();
+  const CommandId id = IdOf(order.id);
+  Entry& entry = entries_[id];
+  oldest_first_.push_back(id);
+  entry.status = StatusOf(order);
+  entry.prepare = order.kind == driver_order_t::KIND_PREPARE;
+  return entry;
+}
+
+void CommandStatusTable::DeleteOldest() {
+  // Unfinished ones are few and go to the end of the line.
+  for (std::size_t tries = oldest_first_.size(); entries_.size() >= capacity_ && tries > 0; --tries) {
+    const CommandId id = oldest_first_.front();
+    oldest_first_.pop_front();
+    if (IsFinalState(At(id).status.state)) {
+      entries_.erase(id);
+    } else {
+      oldest_first_.push_back(id);
+    }
+  }
+}
+
+void CommandStatusTable::Publish(Entry& entry) {
+  Send(entry.status);
+  entry.published = entry.status.mono_ns;
+}
+
+void CommandStatusTable::End(Entry& entry, std::int8_t state, std::int32_t reason, const std::string& text) {
+  entry.status.state = state;
+  entry.status.reason_code = reason;
+  entry.status.text = CappedText(text, kTextBytes);
+  entry.status.finished_utime = UnixUs();
+  entry.command = {};
+  Publish(entry);
+}
+
+void CommandStatusTable::Send(driver_status_t& status) {
+  const MonoNs now = clock_.Now();
+  time_.Update(now, clock_.UtcMicroseconds());
+  status.mono_ns = now;
+  status.utime = time_.Utime(now);
+  status.boot_id = boot_id_;
+  status.seq = seq_++;
+  status.bus = bus_;
+  status.bridge_epoch = bridge_epoch_;
+  if (output_.key != nullptr) SignMessage(*output_.key, Domain::kDriver, status);
+  axlecast::Publish(*output_.sink, channel_, status);
+}
+
 namespace {
 
 constexpr MonoNs kProgressPeriod = 50 * kMillisecond;
@@ -34,6 +168,14 @@ DriverCommand CommandOf(const driver_order_t& message, MonoNs now) {
   return command;
 }
 
+// Returns a status that is not about a command.
+driver_status_t StatusOfKind(std::int8_t kind) {
+  driver_status_t status{};
+  status.kind = kind;
+  status.epoch_after = -1;
+  return status;
+}
+
 bool IsUrgent(const Family& family, const std::string& operation) {
   const OperationSpec* spec = FindOperation(family, operation);
   return spec != nullptr && spec->urgent;
@@ -41,66 +183,26 @@ bool IsUrgent(const Family& family, const std::string& operation) {
 
 }  // namespace
 
-struct DriverCommandServer::State {
-  State(const BusConfig& bus, const BridgeConfig& bridge, Context its_context)
-      : family(*bus.family),
-        bus_name(bus.name),
-        context(std::move(its_context)),
-        authority(bridge),
-        permits(bus, bridge),
-        statuses(bus.name, context.boot_id, *context.clock, {context.sink, context.key}, kMaxRemembered),
-        queues(bus) {}
-
-  // All functions below require that `mutex` is held.
-  // Returns false if there is nothing new for the bus's thread.
-  [[nodiscard]] bool Admit(const driver_order_t& order);
-  void AnswerAgain(const driver_order_t& order, CommandStatusTable::Entry& entry);
-  void Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason, const char* text);
-  void Begin(const driver_order_t& order);
-  void Cancel(CommandStatusTable::Entry& entry);
-  [[nodiscard]] Result<> Check(const driver_order_t& order);
-  // Ends a command that waited too long.
-  [[nodiscard]] bool IsOver(const CommandId& id, MonoNs now);
-  static void Fill(CommandStatusTable::Entry& entry, const Outcome& outcome, std::int32_t epoch_after);
-  void Stop(const CommandId& id);
-
-  const Family& family;
-  const std::string bus_name;
-  const Context context;
-  const CommandAuthority authority;
-
-  std::atomic<std::int64_t> refused = 0;
-  std::atomic<bool> cancels = false;
-  std::atomic<bool> prepares = false;
-  PermitTable permits;  // locks itself
-
-  mutable std::mutex mutex;
-  EpochFence fence;
-  CommandStatusTable statuses;
-  CommandQueues queues;
-  std::deque<CommandId> to_prepare;
-  bool stopping = false;
-};
-
-void DriverCommandServer::State::Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason,
-                                        const char* text) {
+void DriverCommandServer::Answer(const driver_order_t& order, std::int8_t state, std::int32_t reason,
+                                 const char* text) {
   driver_status_t status = StatusOf(order);
   status.state = state;
   status.reason_code = reason;
   status.text = text;
-  statuses.Send(status);
+  statuses_.Send(status);
 }
 
-Result<> DriverCommandServer::State::Check(const driver_order_t& order) {
+Result<> DriverCommandServer::Check(const driver_order_t& order) {
   using Reason = command_status_t;
-  if (stopping) return Failure("the driver is stopping: send it again later", Reason::REASON_STOPPING);
-  const CommandQueues::Queue* queue = queues.Find(order.device, IsUrgent(family, order.operation));
+  if (stopping_) return Failure("the driver is stopping: send it again later", Reason::REASON_STOPPING);
+  const CommandQueues::Queue* queue = queues_.Find(order.device, IsUrgent(family_, order.operation));
   if (queue == nullptr) {
-    return Failure("no such device on " + bus_name + "; it has:" + queues.Devices(), Reason::REASON_UNKNOWN_DEVICE);
+    return Failure("no such device on " + bus_name_ + "; it has:" + queues_.Devices(),
+                   Reason::REASON_UNKNOWN_DEVICE);
   }
-  const OperationSpec* operation = FindOperation(family, order.operation);
+  const OperationSpec* operation = FindOperation(family_, order.operation);
   if (operation == nullptr) {
-    return Failure("no such operation; " + OperationNames(family), Reason::REASON_UNKNOWN_OPERATION);
+    return Failure("no such operation; " + OperationNames(family_), Reason::REASON_UNKNOWN_OPERATION);
   }
   if (operation->executed_by_bridge) {
     return Failure("the bridge executes this operation, not a driver: send it to the bridge",
@@ -112,66 +214,66 @@ Result<> DriverCommandServer::State::Check(const driver_order_t& order) {
                    Reason::REASON_MALFORMED);
   }
   const bool prepare = order.kind == driver_order_t::KIND_PREPARE;
-  if ((prepare ? to_prepare.size() : queue->waiting.size()) >= kMaxWaiting) {
+  if ((prepare ? to_prepare_.size() : queue->waiting.size()) >= kMaxWaiting) {
     return Failure("16 commands wait for this device: send it again later", Reason::REASON_QUEUE_FULL);
   }
   return {};
 }
 
-void DriverCommandServer::State::Begin(const driver_order_t& order) {
+void DriverCommandServer::Begin(const driver_order_t& order) {
   const Result<> checked = Check(order);
-  CommandStatusTable::Entry& entry = statuses.Add(order);
+  CommandStatusTable::Entry& entry = statuses_.Add(order);
   if (!checked) {
-    return statuses.End(entry, command_status_t::STATE_REJECTED, checked.error().reason, checked.error().text);
+    return statuses_.End(entry, command_status_t::STATE_REJECTED, checked.error().reason, checked.error().text);
   }
-  entry.command = CommandOf(order, statuses.Now());
+  entry.command = CommandOf(order, statuses_.Now());
   entry.status.state = command_status_t::STATE_ROUTED;
   if (entry.prepare) {
-    to_prepare.push_back(entry.command.id);
-    prepares = true;
+    to_prepare_.push_back(entry.command.id);
+    prepares_ = true;
   } else {
-    queues.Push(*queues.Find(order.device, IsUrgent(family, order.operation)), entry.command.id);
+    queues_.Push(*queues_.Find(order.device, IsUrgent(family_, order.operation)), entry.command.id);
   }
-  statuses.Publish(entry);
+  statuses_.Publish(entry);
 }
 
-void DriverCommandServer::State::Cancel(CommandStatusTable::Entry& entry) {
+void DriverCommandServer::Cancel(CommandStatusTable::Entry& entry) {
   const CommandId id = IdOf(entry.status.id);
-  if (IsFinalState(entry.status.state)) return statuses.Publish(entry);
-  CommandQueues::Queue& queue = *queues.Find(entry.status.device, IsUrgent(family, entry.status.operation));
-  if (entry.prepare ? std::erase(to_prepare, id) > 0 : queues.Drop(queue, id)) {
-    return statuses.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
-                        "cancelled before it began");
+  if (IsFinalState(entry.status.state)) return statuses_.Publish(entry);
+  CommandQueues::Queue& queue = *queues_.Find(entry.status.device, IsUrgent(family_, entry.status.operation));
+  if (entry.prepare ? std::erase(to_prepare_, id) > 0 : queues_.Drop(queue, id)) {
+    return statuses_.End(entry, command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
+                         "cancelled before it began");
   }
   if (queue.held == id) {
     queue.cancel_requested = true;
-    cancels = true;
+    cancels_ = true;
   }
-  statuses.Publish(entry);
+  statuses_.Publish(entry);
 }
 
-bool DriverCommandServer::State::IsOver(const CommandId& id, MonoNs now) {
-  CommandStatusTable::Entry& entry = statuses.At(id);
+bool DriverCommandServer::IsOver(const CommandId& id, MonoNs now) {
+  CommandStatusTable::Entry& entry = statuses_.At(id);
   if (now <= entry.command.begin_by) return false;
-  statuses.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
-               "its time ran out while it waited for the device");
+  statuses_.End(entry, command_status_t::STATE_EXPIRED, command_status_t::REASON_DEADLINE,
+                "its time ran out while it waited for the device");
   return true;
 }
 
-void DriverCommandServer::State::AnswerAgain(const driver_order_t& order, CommandStatusTable::Entry& entry) {
+void DriverCommandServer::AnswerAgain(const driver_order_t& order, CommandStatusTable::Entry& entry) {
   const bool begins = order.kind == driver_order_t::KIND_EXECUTE || order.kind == driver_order_t::KIND_PREPARE;
   if (begins && entry.prepare != (order.kind == driver_order_t::KIND_PREPARE)) {
     return Answer(order, command_status_t::STATE_REJECTED, command_status_t::REASON_ID_REUSED,
                   "this id was used for PREPARE or EXECUTE, and this is the other: use another id");
   }
   if (order.kind == driver_order_t::KIND_CANCEL) return Cancel(entry);
-  statuses.Publish(entry);
+  statuses_.Publish(entry);
 }
 
-bool DriverCommandServer::State::Admit(const driver_order_t& order) {
-  const auto verdict = fence.Check(order.bridge_boot_id, order.bridge_epoch);
-  statuses.set_bridge_epoch(fence.newest());
-  if (CommandStatusTable::Entry* const known = statuses.Find(IdOf(order.id))) {
+bool DriverCommandServer::Admit(const driver_order_t& order) {
+  const auto verdict = fence_.Check(order.bridge_boot_id, order.bridge_epoch);
+  statuses_.set_bridge_epoch(fence_.newest());
+  if (CommandStatusTable::Entry* const known = statuses_.Find(IdOf(order.id))) {
     AnswerAgain(order, *known);
     return order.kind == driver_order_t::KIND_CANCEL;
   }
@@ -185,8 +287,8 @@ bool DriverCommandServer::State::Admit(const driver_order_t& order) {
     Answer(order, command_status_t::STATE_UNKNOWN, command_status_t::REASON_NONE,
            "this boot of the driver has not received it");
   } else if (order.kind == driver_order_t::KIND_CANCEL) {
-    statuses.End(statuses.Add(order), command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
-                 "cancelled before it arrived");
+    statuses_.End(statuses_.Add(order), command_status_t::STATE_CANCELLED, command_status_t::REASON_CANCELLED,
+                  "cancelled before it arrived");
   } else {
     Begin(order);
     return true;
@@ -195,85 +297,85 @@ bool DriverCommandServer::State::Admit(const driver_order_t& order) {
 }
 
 DriverCommandServer::DriverCommandServer(const BusConfig& bus, const BridgeConfig& bridge, Context context)
-    : state_(std::make_unique<State>(bus, bridge, std::move(context))) {}
-DriverCommandServer::~DriverCommandServer() = default;
+    : family_(*bus.family),
+      bus_name_(bus.name),
+      context_(std::move(context)),
+      authority_(bridge),
+      permits_(bus, bridge),
+      statuses_(bus.name, context_.boot_id, *context_.clock, {context_.sink, context_.key}, kMaxRemembered),
+      queues_(bus) {}
 
 void DriverCommandServer::OnDriverCommand(Bytes message) {
   const auto envelope = DecodeMessage<driver_command_t>(message);
   const auto order = envelope ? DecodeMessage<driver_order_t>(envelope->order) : std::nullopt;
   if (!order || order->kind < driver_order_t::KIND_EXECUTE || order->kind > driver_order_t::KIND_PREPARE) {
-    ++state_->refused;
+    ++refused_;
     return;
   }
   // A command for an earlier boot: the bridge repeats it until it learns the new boot id. Replayed messages end here, too.
-  if (order->driver_boot_id != state_->context.boot_id) return;
-  if (!state_->authority.Allows(*envelope)) {
-    ++state_->refused;
+  if (order->driver_boot_id != context_.boot_id) return;
+  if (!authority_.Allows(*envelope)) {
+    ++refused_;
     return;
   }
   bool news = false;
   {
-    const std::lock_guard lock(state_->mutex);
-    news = state_->Admit(*order);
+    const std::lock_guard lock(mutex_);
+    news = Admit(*order);
   }
-  if (news) state_->context.wake();
+  if (news) context_.wake();
 }
 
 void DriverCommandServer::OnPermit(const std::string& device, Bytes message) {
-  const Clock& clock = *state_->context.clock;
-  state_->permits.Accept(device, message, clock.Now(), clock.UtcMicroseconds());
+  const Clock& clock = *context_.clock;
+  permits_.Accept(device, message, clock.Now(), clock.UtcMicroseconds());
 }
 
-std::int64_t DriverCommandServer::refused() const { return state_->refused; }
-
-std::string_view DriverCommandServer::Rule() const { return state_->authority.Rule(); }
-
 std::optional<DriverCommandServer::Taken> DriverCommandServer::Take() {
-  if (!state_->queues.any_waiting()) return std::nullopt;
-  const std::lock_guard lock(state_->mutex);
-  const MonoNs now = state_->statuses.Now();
-  CommandQueues::Queue* queue = state_->queues.Next([&](const CommandId& id) { return state_->IsOver(id, now); });
+  if (!queues_.any_waiting()) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const MonoNs now = statuses_.Now();
+  CommandQueues::Queue* queue = queues_.Next([&](const CommandId& id) { return IsOver(id, now); });
   if (queue == nullptr) return std::nullopt;
-  CommandStatusTable::Entry& entry = state_->statuses.At(state_->queues.Hold(*queue));
+  CommandStatusTable::Entry& entry = statuses_.At(queues_.Hold(*queue));
   entry.status.state = command_status_t::STATE_RUNNING;
-  entry.status.started_utime = state_->statuses.UnixUs();
-  state_->statuses.Publish(entry);
+  entry.status.started_utime = statuses_.UnixUs();
+  statuses_.Publish(entry);
   return Taken{queue->device, entry.command};
 }
 
 std::optional<DriverCommandServer::Taken> DriverCommandServer::TakeCancel() {
-  if (!state_->cancels) return std::nullopt;
-  const std::lock_guard lock(state_->mutex);
-  for (CommandQueues::Queue& queue : state_->queues.all()) {
+  if (!cancels_) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  for (CommandQueues::Queue& queue : queues_.all()) {
     if (!queue.held || !queue.cancel_requested || queue.cancel_taken) continue;
     queue.cancel_taken = true;
-    return Taken{queue.device, state_->statuses.At(*queue.held).command};
+    return Taken{queue.device, statuses_.At(*queue.held).command};
   }
-  state_->cancels = false;
+  cancels_ = false;
   return std::nullopt;
 }
 
 std::optional<DriverCommandServer::Taken> DriverCommandServer::TakePrepare() {
-  if (!state_->prepares) return std::nullopt;
-  const std::lock_guard lock(state_->mutex);
-  const MonoNs now = state_->statuses.Now();
-  while (!state_->to_prepare.empty()) {
-    const CommandId id = state_->to_prepare.front();
-    state_->to_prepare.pop_front();
-    if (state_->IsOver(id, now)) continue;
-    const CommandStatusTable::Entry& entry = state_->statuses.At(id);
+  if (!prepares_) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const MonoNs now = statuses_.Now();
+  while (!to_prepare_.empty()) {
+    const CommandId id = to_prepare_.front();
+    to_prepare_.pop_front();
+    if (IsOver(id, now)) continue;
+    const CommandStatusTable::Entry& entry = statuses_.At(id);
     return Taken{entry.status.device, entry.command};
   }
-  state_->prepares = false;
+  prepares_ = false;
   return std::nullopt;
 }
 
 Result<> DriverCommandServer::CheckPermit(const std::string& device, const std::string& operation) const {
-  return state_->permits.Check(device, operation, state_->context.clock->Now());
+  return permits_.Check(device, operation, context_.clock->Now());
 }
 
-void DriverCommandServer::State::Fill(CommandStatusTable::Entry& entry, const Outcome& outcome,
-                                      std::int32_t epoch_after) {
+void DriverCommandServer::Fill(CommandStatusTable::Entry& entry, const Outcome& outcome, std::int32_t epoch_after) {
   entry.status.progress = outcome.progress;
   entry.status.verified = outcome.verified ? 1 : 0;
   entry.status.epoch_after = epoch_after;
@@ -288,84 +390,83 @@ void DriverCommandServer::State::Fill(CommandStatusTable::Entry& entry, const Ou
 
 void DriverCommandServer::Report(const std::string& device, const CommandId& id, const Outcome& outcome,
                                  std::int32_t epoch_after, std::int32_t nv_writes) {
-  const std::lock_guard lock(state_->mutex);
-  CommandQueues::Queue* queue = state_->queues.Holding(device, id);
+  const std::lock_guard lock(mutex_);
+  CommandQueues::Queue* queue = queues_.Holding(device, id);
   if (queue == nullptr) return;
-  CommandStatusTable::Entry& entry = state_->statuses.At(id);
-  State::Fill(entry, outcome, epoch_after);
+  CommandStatusTable::Entry& entry = statuses_.At(id);
+  Fill(entry, outcome, epoch_after);
   entry.status.nv_writes = nv_writes;
   if (outcome.IsFinal()) {
     queue->held.reset();
-    return state_->statuses.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
+    return statuses_.End(entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
   }
   entry.status.reason_code = outcome.reason;
   entry.status.text = CappedText(outcome.text, kTextBytes);
-  if (state_->statuses.Now() - entry.published >= kProgressPeriod) state_->statuses.Publish(entry);
+  if (statuses_.Now() - entry.published >= kProgressPeriod) statuses_.Publish(entry);
 }
 
 void DriverCommandServer::CountWrites(const std::string& device, const CommandId& id, std::int32_t nv_writes) {
-  const std::lock_guard lock(state_->mutex);
-  if (state_->queues.Holding(device, id) != nullptr) state_->statuses.At(id).status.nv_writes = nv_writes;
+  const std::lock_guard lock(mutex_);
+  if (queues_.Holding(device, id) != nullptr) statuses_.At(id).status.nv_writes = nv_writes;
 }
 
 void DriverCommandServer::ReportPrepared(const CommandId& id, const Outcome& outcome, std::int32_t epoch_after) {
-  const std::lock_guard lock(state_->mutex);
-  CommandStatusTable::Entry* entry = state_->statuses.Find(id);
+  const std::lock_guard lock(mutex_);
+  CommandStatusTable::Entry* entry = statuses_.Find(id);
   if (entry == nullptr || !entry->prepare || IsFinalState(entry->status.state)) return;
-  State::Fill(*entry, outcome, epoch_after);
-  state_->statuses.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
+  Fill(*entry, outcome, epoch_after);
+  statuses_.End(*entry, static_cast<std::int8_t>(outcome.state), outcome.reason, outcome.text);
 }
 
-void DriverCommandServer::Hello(std::span<const DeviceSummary> devices) {
-  const std::lock_guard lock(state_->mutex);
+void DriverCommandServer::Hello(std::span<const driver_device_t> devices) {
+  constexpr std::size_t kDevicesPerHello = 8;  // of the longest strings, so that the message fits one frame
+  const std::lock_guard lock(mutex_);
   do {
     const auto part = devices.first(std::min(devices.size(), kDevicesPerHello));
-    driver_status_t status{};
-    status.kind = driver_status_t::KIND_HELLO;
-    status.epoch_after = -1;
-    for (const DeviceSummary& device : part) status.devices.push_back(MessageOf(device));
+    driver_status_t status = StatusOfKind(driver_status_t::KIND_HELLO);
+    for (driver_device_t device : part) {
+      device.device = CappedText(device.device, kNameBytes);
+      device.identity = CappedText(device.identity, kIdentityBytes);
+      status.devices.push_back(std::move(device));
+    }
     status.n_devices = static_cast<std::int8_t>(status.devices.size());
-    state_->statuses.Send(status);
+    statuses_.Send(status);
     devices = devices.subspan(part.size());
   } while (!devices.empty());
 }
 
 void DriverCommandServer::PublishAcknowledged(const std::string& device, std::span<const std::string> alarms) {
-  driver_status_t status{};
-  status.kind = driver_status_t::KIND_ACKNOWLEDGED;
-  status.epoch_after = -1;
+  driver_status_t status = StatusOfKind(driver_status_t::KIND_ACKNOWLEDGED);
   status.device = CappedText(device, kNameBytes);
   status.text = WordsWithin(alarms, kTextBytes);
-  const std::lock_guard lock(state_->mutex);
-  state_->statuses.Send(status);
+  const std::lock_guard lock(mutex_);
+  statuses_.Send(status);
 }
 
-void DriverCommandServer::State::Stop(const CommandId& id) {
-  statuses.End(statuses.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
-               "the driver stopped before it began: send it again later");
+void DriverCommandServer::Stop(const CommandId& id) {
+  statuses_.End(statuses_.At(id), command_status_t::STATE_REJECTED, command_status_t::REASON_STOPPING,
+                "the driver stopped before it began: send it again later");
 }
 
 void DriverCommandServer::Goodbye() {
-  const std::lock_guard lock(state_->mutex);
-  state_->stopping = true;
-  for (const CommandId& id : state_->to_prepare) state_->Stop(id);
-  state_->to_prepare.clear();
-  for (CommandQueues::Queue& queue : state_->queues.all()) {
+  const std::lock_guard lock(mutex_);
+  stopping_ = true;
+  for (const CommandId& id : to_prepare_) Stop(id);
+  to_prepare_.clear();
+  for (CommandQueues::Queue& queue : queues_.all()) {
     while (!queue.waiting.empty()) {
       const CommandId id = queue.waiting.front();
-      state_->Stop(id);
-      static_cast<void>(state_->queues.Drop(queue, id));
+      Stop(id);
+      static_cast<void>(queues_.Drop(queue, id));
     }
     if (!queue.held) continue;
-    state_->statuses.End(state_->statuses.At(*queue.held), command_status_t::STATE_INDETERMINATE,
-                         command_status_t::REASON_STOPPING,
-                         "the driver stopped while the command was in progress: check the device");
+    statuses_.End(statuses_.At(*queue.held), command_status_t::STATE_INDETERMINATE,
+                  command_status_t::REASON_STOPPING,
+                  "the driver stopped while the command was in progress: check the device");
     queue.held.reset();
   }
-  driver_status_t status{};
-  status.kind = driver_status_t::KIND_GOODBYE;
-  status.epoch_after = -1;
-  state_->statuses.Send(status);
+  driver_status_t status = StatusOfKind(driver_status_t::KIND_GOODBYE);
+  statuses_.Send(status);
 }
 
 }  // namespace axlecast

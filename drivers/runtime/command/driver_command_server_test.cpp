@@ -4,7 +4,6 @@
 #include <axlecast/driver_status_t.hpp>
 #include <thread>
 
-#include "core/command/device_summary.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
@@ -254,8 +253,15 @@ TEST_F(OrderDeskTest, LongStringsFitTheMessage) {
 }
 
 TEST_F(OrderDeskTest, HelloNamesEveryDevice) {
-  std::vector<DriverCommandServer::DeviceSummary> devices;
-  for (int i = 0; i < 20; ++i) devices.push_back({"unit" + std::to_string(i), 2, 7, i == 19});
+  std::vector<driver_device_t> devices;
+  for (int i = 0; i < 20; ++i) {
+    driver_device_t device{};
+    device.device = "unit" + std::to_string(i);
+    device.state = 2;
+    device.datum_epoch = 7;
+    device.reference_lost = i == 19 ? 1 : 0;
+    devices.push_back(device);
+  }
   desk_.Hello(devices);
   const auto hellos = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
   ASSERT_EQ(hellos.size(), 3u);
@@ -306,7 +312,9 @@ TEST(OrderDeskThreads, TwoThreads) {
   constexpr std::uint32_t kOrders = 5'000;
   std::atomic<bool> sent = false;
   std::thread bus_thread([&] {
-    const DriverCommandServer::DeviceSummary summary{"axis1", 2, 0, false};
+    driver_device_t summary{};
+    summary.device = "axis1";
+    summary.state = 2;
     while (true) {
       const bool last_round = sent;
       if (const auto cancel = desk.TakeCancel()) {
@@ -625,7 +633,8 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
     }
     flooding = false;
   });
-  const DeviceSummary summary{.device = "axis1"};
+  driver_device_t summary{};
+  summary.device = "axis1";
   while (true) {
     const bool last_round = !flooding;
     const auto taken = desk.Take();
@@ -645,7 +654,7 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
 
 class HelloTest : public testing::Test {
  protected:
-  std::vector<driver_status_t> Hello(std::vector<DeviceSummary> devices) {
+  std::vector<driver_status_t> Hello(std::vector<driver_device_t> devices) {
     desk_.Hello(devices);
     return sink_.All<driver_status_t>("DRIVER_STATUS/" + bus_.name);
   }
@@ -658,13 +667,17 @@ class HelloTest : public testing::Test {
 };
 
 TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {
-  const auto hellos = Hello({{.device = "axis1",
-                              .state = 2,
-                              .datum_epoch = 7,
-                              .reference_lost = true,
-                              .identity = "17 SN0042",
-                              .datum = DeviceSummary::Datum{-5, 6},
-                              .position = DeviceSummary::Position{1'000, 8}}});
+  driver_device_t summary{};
+  summary.device = "axis1";
+  summary.state = 2;
+  summary.datum_epoch = 7;
+  summary.reference_lost = summary.has_datum = summary.has_position = 1;
+  summary.identity = "17 SN0042";
+  summary.datum_counts = -5;
+  summary.datum_utime = 6;
+  summary.position = 1'000;
+  summary.position_utime = 8;
+  const auto hellos = Hello({summary});
   ASSERT_EQ(hellos.size(), 1u);
   const driver_device_t& device = hellos[0].devices.at(0);
   EXPECT_EQ(device.identity, "17 SN0042");
@@ -679,11 +692,13 @@ TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {
 
 // With every string longer than it may be, no device is left out and each message fits one frame.
 TEST_F(HelloTest, TheLongestFits) {
-  const DeviceSummary longest{.device = std::string(900, 'd'),
-                              .identity = std::string(900, 'i'),
-                              .datum = DeviceSummary::Datum{INT64_MIN, INT64_MAX},
-                              .position = DeviceSummary::Position{INT64_MIN, INT64_MAX}};
-  const auto hellos = Hello(std::vector<DeviceSummary>(17, longest));
+  driver_device_t longest{};
+  longest.device = std::string(900, 'd');
+  longest.identity = std::string(900, 'i');
+  longest.has_datum = longest.has_position = 1;
+  longest.datum_counts = longest.position = INT64_MIN;
+  longest.datum_utime = longest.position_utime = INT64_MAX;
+  const auto hellos = Hello(std::vector<driver_device_t>(17, longest));
   ASSERT_EQ(hellos.size(), 3u);
   EXPECT_EQ(hellos[0].n_devices, 8);
   EXPECT_EQ(hellos[2].n_devices, 1);

@@ -24,14 +24,7 @@ std::string CommandText(const DriverCommand& command) {
   return text;
 }
 
-template <typename Own>
-Outcome PreparedOf(const Result<Own>& own) {
-  return own ? own->Prepared() : Refused(own.error());
-}
-template <typename Own>
-Outcome ApplyTo(const Result<Own>& own, DevicePublisher& publisher) {
-  return own ? own->Apply(publisher) : Refused(own.error());
-}
+Outcome OutcomeOf(const Result<Outcome>& result) { return result ? *result : Refused(result.error()); }
 
 }  // namespace
 
@@ -39,8 +32,8 @@ std::int32_t Operations::WritesOf(const Target& target, const Held& held) {
   return static_cast<std::int32_t>(target.channel->nv_writes() - held.writes_before);
 }
 
-bool Operations::Holds(const Target& target, const CommandId& id) {
-  return std::any_of(target.held.begin(), target.held.end(), [&](const Held& held) { return held.id == id; });
+std::vector<Operations::Held>::iterator Operations::FindHeld(Target& target, const CommandId& id) {
+  return std::find_if(target.held.begin(), target.held.end(), [&](const Held& held) { return held.id == id; });
 }
 
 void Operations::Add(const DeviceConfig& config, DevicePublisher& channel, Device& device) {
@@ -72,21 +65,15 @@ void Operations::Begin(Target& target, const DriverCommand& command, MonoNs now)
     return OnOutcome(target.config->name, command.id, Refused(allowed.error()));
   }
   if (!IsOfRuntime(family_, *operation)) return target.device->Begin(command, now);
-  const std::int64_t unix_us = time_.Utime(now);
-  DevicePublisher& publisher = *target.channel;
-  const Outcome outcome = IsAboutAlarms(command.operation)
-                              ? ApplyTo(AlarmCommand::Make(publisher, command, unix_us), publisher)
-                              : ApplyTo(DatumCommand::Make(publisher, command, unix_us), publisher);
-  OnOutcome(target.config->name, command.id, outcome);
+  OnOutcome(target.config->name, command.id,
+            OutcomeOf(ExecuteAxisCommand(*target.channel, command, time_.Utime(now))));
 }
 
 Outcome Operations::Prepare(const Target& target, const DriverCommand& command, MonoNs now) const {
   const OperationSpec* operation = FindOperation(family_, command.operation);
   if (const Result<> allowed = Check(target, command, operation); !allowed) return Refused(allowed.error());
   if (IsOfRuntime(family_, *operation)) {
-    const std::int64_t unix_us = time_.Utime(now);
-    if (IsAboutAlarms(command.operation)) return PreparedOf(AlarmCommand::Make(*target.channel, command, unix_us));
-    return PreparedOf(DatumCommand::Make(*target.channel, command, unix_us));
+    return OutcomeOf(PrepareAxisCommand(*target.channel, command, time_.Utime(now)));
   }
   if (const auto valid = target.device->Validate(command, now); !valid) return RefusedOutcome(valid.error());
   if (operation->needs_standstill) {
@@ -130,7 +117,7 @@ Result<> Operations::Check(const Target& target, const DriverCommand& command,
 }
 
 void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now) {
-  if (!Holds(target, id) || !target.device->Cancel(id, now)) return;
+  if (FindHeld(target, id) == target.held.end() || !target.device->Cancel(id, now)) return;
   OnOutcome(target.config->name, id,
             {.state = CommandState::kCancelled, .reason = reason, .text = text, .changes = {}});
 }
@@ -138,8 +125,7 @@ void Operations::Cancel(Target& target, const CommandId& id, std::int32_t reason
 void Operations::OnOutcome(const std::string& device, const CommandId& id, const Outcome& outcome) {
   Target* target = Find(device);
   if (target == nullptr) return;
-  const auto held = std::find_if(target->held.begin(), target->held.end(),
-                                 [&](const Held& candidate) { return candidate.id == id; });
+  const auto held = FindHeld(*target, id);
   if (held == target->held.end()) return;
   const std::int32_t writes = WritesOf(*target, *held);
   if (outcome.IsFinal()) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,7 +49,8 @@ class Operations {
   };
 
   [[nodiscard]] static std::int32_t WritesOf(const Target& target, const Held& held);
-  [[nodiscard]] static bool Holds(const Target& target, const CommandId& id);
+  // Returns the end of target.held if the target does not execute the command.
+  [[nodiscard]] static std::vector<Held>::iterator FindHeld(Target& target, const CommandId& id);
   [[nodiscard]] Target* Find(const std::string& device);
   void Begin(Target& target, const DriverCommand& command, MonoNs now);
   void Cancel(Target& target, const CommandId& id, std::int32_t reason, const char* text, MonoNs now);

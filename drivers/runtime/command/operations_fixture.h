@@ -27,7 +27,7 @@ class OperationsTest : public testing::Test {
     operations_.Add(bus_.devices[0], channel_, device_);
   }
 
-  // The device is ONLINE and stands at `counts`.
+  // The device is ONLINE, and its shaft is at `counts`.
   void Online(std::int64_t counts = 1'000) {
     channel_.OnLink(true, "", clock_.Now());
     for (int i = 0; i < 200; ++i) {

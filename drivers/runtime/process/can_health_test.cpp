@@ -1,4 +1,4 @@
-// What a driver tells of its CAN bus: alarms on every channel, BUS.
+// What a driver reports about its CAN bus: alarms on every channel, BUS.
 
 #include <gmock/gmock.h>
 
@@ -25,7 +25,7 @@ using State = CanController::State;
 
 constexpr MonoNs kStart = 1'000 * kSecond;
 
-// Does nothing but hear.
+// Only listens.
 class Listener final : public Device {
  public:
   [[nodiscard]] Step Next(const BusSlot& turn) const override { return {.action = Listen{turn.now + kSecond}}; }
@@ -39,7 +39,7 @@ class Listener final : public Device {
 const Family& ListenerFamily() {
   static const Family kFamily = {
       .name = "listener",
-      .summary = "hears a CAN bus",
+      .summary = "listens on a CAN bus",
       .link = LinkKind::kCan,
       .max_devices_per_bus = 16,
       .operations = {},
@@ -64,7 +64,7 @@ class CanHealthTest : public ::testing::Test {
   void RunFor(MonoNs time) {
     for (const MonoNs end = clock_.Now() + time; clock_.Now() < end;) driver_.RunOnce();
   }
-  // Tells the controller's new state from now on.
+  // Sets the state of the controller.
   void Set(const CanController& controller) { link_.SetController(controller); }
 
   [[nodiscard]] std::vector<bus_health_t> Bus() const { return data_.All<bus_health_t>("BUS/can-0"); }
@@ -140,7 +140,7 @@ TEST_F(CanHealthTest, WhenItIsOverTheAlarmGoesAndTheLastErrorStays) {
   EXPECT_EQ(Bus().back().state, bus_health_t::STATE_UP);
   EXPECT_THAT(Bus().back().last_error, HasSubstr("bus-off"));
   EXPECT_LT(Bus().back().last_error_utime, Bus().back().utime - 1'000'000);
-  EXPECT_THAT(log_, Contains(HasSubstr("no more trouble")));
+  EXPECT_THAT(log_, Contains(HasSubstr("no alarm any more")));
 }
 
 TEST_F(CanHealthTest, AControllerThatWaversDoesNotFillTheLog) {

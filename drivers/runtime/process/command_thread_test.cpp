@@ -1,4 +1,4 @@
-#include "drivers/runtime/process/command_thread.h"
+#include "drivers/runtime/process/driver.h"
 
 #include <gmock/gmock.h>
 
@@ -105,7 +105,7 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
   driver.Stop();
 }
 
-// Forged orders as fast as they can be verified, on another thread: the bus's turns go on meanwhile, far more often
+// Forged commands as fast as they can be verified, on another thread: the slots of the bus continue, far more often
 // than signatures are verified.
 TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
   const SystemClock clock;
@@ -143,7 +143,7 @@ TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
   const MonoNs one_order = (clock.Now() - began) / kForged;
   flood.join();
   EXPECT_EQ(driver.command_server().refused(), kForged);
-  // The median, because a longest turn tells what else this computer does.
+  // The median, because the longest slot depends on the other load of this computer.
   std::nth_element(turns.begin(), turns.begin() + static_cast<std::ptrdiff_t>(turns.size() / 2), turns.end());
   EXPECT_LT(turns[turns.size() / 2], one_order / 2);
   driver.Stop();

@@ -2,15 +2,127 @@
 
 #include <algorithm>
 #include <axlecast/driver_status_t.hpp>
+#include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "core/alarm/alarm_codes.h"
 #include "core/base/secret.h"
-#include "core/device/link.h"
 #include "core/messages/message.h"
-#include "drivers/runtime/process/ports.h"
+#include "drivers/hal/can_socket.h"
+#include "drivers/hal/modbus_port.h"
+#include "drivers/hal/pulse_lines.h"
+#include "drivers/hal/serial_port.h"
+#include "drivers/hal/simulated_can.h"
+#include "drivers/hal/simulated_spi.h"
+#include "drivers/hal/spi_port.h"
 
 namespace axlecast {
+namespace {
+
+template <typename Port>
+void MakeLine(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  SerialSettings settings;
+  settings.path = bus.link.port;
+  settings.format = bus.link.line;
+  settings.pty = {.simulated = bus.simulate, .foreign = bus.link.pty};
+  if (bus.simulate) settings.format.parity = Parity::kNone;  // the kernel gives a pty none
+  auto port = std::make_unique<Port>(settings, clock);
+  ports.warnings = [known = port.get()] { return known->warnings(); };
+  ports.link = std::move(port);
+}
+
+void MakeCan(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (bus.simulate) {
+    ports.frames = std::make_unique<SimulatedCan>(bus.link.port, bus.link.bitrate, clock);
+    return;
+  }
+  CanSettings settings;
+  settings.interface = bus.link.port;
+  settings.bitrate = bus.link.bitrate;
+  settings.filters = CanFiltersOf(bus);
+  auto socket = std::make_unique<CanSocket>(std::move(settings), clock);
+  ports.warnings = [known = socket.get()] { return known->warnings(); };
+  ports.frames = std::move(socket);
+}
+
+void MakeSpi(const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (bus.simulate) {
+    ports.link = std::make_unique<SimulatedSpi>(bus.link.port, SpiOf(bus), clock);
+  } else {
+    ports.link = std::make_unique<SpiPort>(bus.link.port, SpiOf(bus), clock);
+  }
+}
+
+void MakePulseLines(const MachineConfig& machine, const BusConfig& bus, const Clock& clock, Ports& ports) {
+  if (!bus.family_bus || bus.family_bus->lines.empty()) return;
+  if (bus.simulate) {
+    ports.lines =
+        std::make_unique<SimulatedLines>(RunDirectory(machine.machine) + '/' + bus.name + ".lines", clock);
+  } else {
+    ports.lines = std::make_unique<GpioLines>(bus.family_bus->lines, clock);
+  }
+}
+
+// A silent device costs the others at most 1/33 of the bus, and less than twice that with the silence that follows.
+constexpr int kPauseCosts = 32;
+
+}  // namespace
+
+Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock) {
+  Ports ports;
+  switch (bus.family->link) {
+    case LinkKind::kSerial:
+      MakeLine<SerialPort>(bus, clock, ports);
+      break;
+    case LinkKind::kModbus:
+      MakeLine<ModbusPort>(bus, clock, ports);
+      break;
+    case LinkKind::kCan:
+      MakeCan(bus, clock, ports);
+      break;
+    case LinkKind::kSpi:
+      MakeSpi(bus, clock, ports);
+      break;
+  }
+  MakePulseLines(machine, bus, clock, ports);
+  return ports;
+}
+
+WireLog::Kind WireKindOf(const BusConfig& config) {
+  switch (config.family->link) {
+    case LinkKind::kCan:
+      return {.kind = wire_t::KIND_CAN, .clock_hz = 0};
+    case LinkKind::kSpi:
+      return {.kind = wire_t::KIND_SPI, .clock_hz = static_cast<std::int32_t>(SpiOf(config).clock_hz)};
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      return {};
+  }
+  return {};
+}
+
+BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
+  BusSettings settings;
+  if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);
+  settings.schedule.phase = config.phase;
+  if (config.devices.size() > 1) {
+    settings.schedule.pause_max_shared = 2 * kSecond;
+    settings.schedule.pause_costs = kPauseCosts;
+  }
+  if (config.family_bus) settings.schedule.pacing = config.family_bus->pacing;
+  settings.schedule.line = config.link.line;
+  settings.echo = config.link.echo;
+  settings.late = config.late;
+  if (!config.simulate) settings.wire = config.link.line;
+  settings.lines = lines;
+  return settings;
+}
+
+bool HoldsSecrets(const BusConfig& config) {
+  return std::any_of(config.devices.begin(), config.devices.end(),
+                     [](const DeviceConfig& device) { return device.settings && device.settings->holds_secrets; });
+}
 
 void DuplicateDriverDetector::OnDriverStatus(Bytes message) {
   const auto status = DecodeMessage<driver_status_t>(message);
@@ -27,35 +139,41 @@ std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_
   return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
 }
 
-DriverCommandServer::DeviceSummary SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
-  DriverCommandServer::DeviceSummary said{.device = config.name,
-                                          .state = summary.state,
-                                          .datum_epoch = summary.datum_epoch,
-                                          .reference_lost = summary.reference_lost,
-                                          .identity = std::string(summary.identity),
-                                          .datum = {},
-                                          .position = {}};
-  if (summary.datum) said.datum = {summary.datum->counts, summary.datum->unix_us};
-  if (summary.position) said.position = {summary.position->counts, summary.position->unix_us};
-  return said;
+driver_device_t SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
+  driver_device_t device{};
+  device.device = config.name;
+  device.state = summary.state;
+  device.datum_epoch = summary.datum_epoch;
+  device.reference_lost = summary.reference_lost ? 1 : 0;
+  device.identity = std::string(summary.identity);
+  if (summary.datum) {
+    device.has_datum = 1;
+    device.datum_counts = summary.datum->counts;
+    device.datum_utime = summary.datum->unix_us;
+  }
+  if (summary.position) {
+    device.has_position = 1;
+    device.position = summary.position->counts;
+    device.position_utime = summary.position->unix_us;
+  }
+  return device;
 }
 
-constexpr MonoNs kLateShown = 60 * kSecond;  // the alarm stays so long after the last late reply
+constexpr MonoNs kLateShown = 60 * kSecond;  // how long the alarm stays after the last late reply
 
-// In more than the position, which changes with every reading.
-bool Differs(const DriverCommandServer::DeviceSummary& said, const DevicePublisher::Summary& now) {
+// Returns true if more differs than the position, which changes with every reading.
+bool Differs(const driver_device_t& sent, const DevicePublisher::Summary& now) {
   const bool same_datum =
-      said.datum.has_value() == now.datum.has_value() &&
-      (!now.datum || (said.datum->counts == now.datum->counts && said.datum->utime == now.datum->unix_us));
-  return said.state != now.state || said.datum_epoch != now.datum_epoch ||
-         said.reference_lost != now.reference_lost || said.identity != now.identity || !same_datum;
+      (sent.has_datum != 0) == now.datum.has_value() &&
+      (!now.datum || (sent.datum_counts == now.datum->counts && sent.datum_utime == now.datum->unix_us));
+  return sent.state != now.state || sent.datum_epoch != now.datum_epoch ||
+         (sent.reference_lost != 0) != now.reference_lost || sent.identity != now.identity || !same_datum;
 }
 
 }  // namespace
 
 Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports)
     : config_(config),
-      boot_id_(boot_id),
       ports_(std::move(ports)),
       duplicates_(boot_id, *ports_.clock),
       command_server_(config, bridge,
@@ -73,9 +191,16 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
       next_tick_(now_) {
   time_.Update(now_, ports_.clock->UtcMicroseconds());
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
+  const DevicePublisherContext context{
+      .boot_id = boot_id,
+      .time = &time_,
+      .sink = ports_.data,
+      .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
+        operations_.OnOutcome(device, id, outcome);
+      }};
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device};
-    unit.channel = std::make_unique<DevicePublisher>(config, device, MakePublisherContext());
+    unit.channel = std::make_unique<DevicePublisher>(config, device, context);
     unit.device = config.family->make_device(config, device, *unit.channel, *ports_.secrets);
     operations_.Add(device, *unit.channel, *unit.device);
     bus_.Add(*unit.device);
@@ -84,8 +209,6 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t
   tallies_.resize(units_.size());
   summaries_.resize(units_.size());
 }
-
-Driver::~Driver() = default;
 
 Bus Driver::MakeBus() {
   const BusSettings settings = BusSettingsOf(config_, ports_.lines);
@@ -96,17 +219,6 @@ Bus Driver::MakeBus() {
 Link& Driver::link() const {
   if (ports_.frames != nullptr) return *ports_.frames;
   return *ports_.link;
-}
-
-DevicePublisherContext Driver::MakePublisherContext() {
-  DevicePublisherContext context;
-  context.boot_id = boot_id_;
-  context.time = &time_;
-  context.sink = ports_.data;
-  context.on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
-    operations_.OnOutcome(device, id, outcome);
-  };
-  return context;
 }
 
 MonoNs Driver::RunOnce() {
@@ -120,7 +232,7 @@ std::string Driver::LineTaken() const {
 }
 
 void Driver::RunStep() {
-  // Nothing is published before it is known whether the line is another driver's.
+  // Nothing is published before it is known whether another driver has the line.
   if (!std::exchange(line_tried_, true)) now_ = bus_.RunOnce(now_);
   if (!line_held_.empty()) next_tick_ = now_ + kTick;
   operations_.Poll(now_);
@@ -140,7 +252,7 @@ void Driver::Stop() {
   FlushBlocks();
 }
 
-// A channel sends a block when its first reading is 100 ms old, and not before.
+// A publisher sends a block only when its first reading is 100 ms old.
 void Driver::FlushBlocks() {
   if (std::none_of(units_.begin(), units_.end(), [](const Unit& unit) { return unit.config->block; })) return;
   const MonoNs due = ports_.clock->Now() + kTick;
@@ -183,7 +295,7 @@ void Driver::WatchUnauthorized() {
   if (unauthorized_.present()) {
     ports_.log(LogLevel::kWarning, std::to_string(command_server_.refused()) +
                                        " commands were refused without an answer: " +
-                                       std::string(command_server_.Rule()) + "; find who sends them");
+                                       std::string(command_server_.Rule()) + "; find their sender");
   }
   RaiseForAll(runtime_alarms::kUnauthorizedCommand, unauthorized_.present());
 }
@@ -218,7 +330,7 @@ bool Driver::WatchCan() {
   const CanHealth health = can_watch_->health();
   if (health.worst != nullptr && health.worst != worst) ports_.log(LogLevel::kWarning, health.trouble);
   if (health.worst == nullptr && worst != nullptr) {
-    ports_.log(LogLevel::kInfo, config_.link.port + ": no more trouble on the bus");
+    ports_.log(LogLevel::kInfo, config_.link.port + ": the bus has no alarm any more");
   }
   return true;
 }
@@ -281,6 +393,39 @@ void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
     for (const std::string& warning : ports_.link_warnings()) ports_.log(LogLevel::kWarning, warning);
   }
   for (Unit& unit : units_) unit.channel->OnLink(up, reason, now);
+}
+
+namespace {
+
+constexpr int kWaitMs = 100;
+
+}  // namespace
+
+CommandThread::CommandThread(LcmPort& port, const BusConfig& config, Driver& driver) : port_(port) {
+  // Names contain no special characters of regular expressions.
+  [[maybe_unused]] bool subscribed = port_.Subscribe(
+      "DRIVER_COMMAND/" + config.name,
+      [&driver](const std::string&, Bytes message) { driver.command_server().OnDriverCommand(message); });
+  subscribed &= port_.Subscribe("DRIVER_STATUS/" + config.name, [&driver](const std::string&, Bytes message) {
+    driver.duplicates().OnDriverStatus(message);
+  });
+  for (const DeviceConfig& device : config.devices) {
+    subscribed &=
+        port_.Subscribe("PERMIT/" + device.name, [&driver, name = device.name](const std::string&, Bytes message) {
+          driver.command_server().OnPermit(name, message);
+        });
+  }
+  assert(subscribed);  // the port works, or the driver would not have started
+  thread_ = std::thread([this] { Run(); });
+}
+
+CommandThread::~CommandThread() {
+  ending_ = true;
+  thread_.join();
+}
+
+void CommandThread::Run() {
+  while (!ending_ && !failed_) failed_ = !port_.Handle(kWaitMs);
 }
 
 }  // namespace axlecast

@@ -7,19 +7,42 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
 #include "core/base/log.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
+#include "core/device/line_settings.h"
+#include "core/device/link.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/bus_health.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/command/operations.h"
+#include "platform/net/lcm_port.h"
 
 namespace axlecast {
+
+// The ports of drivers/hal that a bus uses.
+struct Ports {
+  std::unique_ptr<ByteLink> link;     // this one, or `frames`
+  std::unique_ptr<FrameLink> frames;  // of a CAN bus
+  std::unique_ptr<PulseLines> lines;  // null: the family uses no lines
+  std::function<std::vector<std::string>()> warnings;
+};
+
+// Makes the ports without opening them. `clock` outlives the ports.
+[[nodiscard]] Ports MakePorts(const MachineConfig& machine, const BusConfig& bus, const Clock& clock);
+
+// Returns the settings of a configured bus. On a bus with several devices, a silent device is paused for longer while
+// others answer, because its timeouts take slots from them. While no device answers, each is polled at least every 100 ms.
+[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
+// Returns the kind of bus for its recording.
+[[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
+// Returns true if the driver of this bus handles passwords.
+[[nodiscard]] bool HoldsSecrets(const BusConfig& config);
 
 // Detects that another sender sends commands that this driver refuses: at the first one, then once per 10 s.
 class UnauthorizedCommandCounter {
@@ -86,7 +109,6 @@ class Driver final : private LinkObserver {
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
   Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
-  ~Driver() override;
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 
@@ -130,12 +152,10 @@ class Driver final : private LinkObserver {
   void PublishAcknowledged(bool second);
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
-  [[nodiscard]] DevicePublisherContext MakePublisherContext();
   [[nodiscard]] Bus MakeBus();
   [[nodiscard]] Link& link() const;
 
   const BusConfig& config_;
-  const std::int64_t boot_id_;
   const DriverPorts ports_;
   Timebase time_;
   DuplicateDriverDetector duplicates_;
@@ -149,7 +169,7 @@ class Driver final : private LinkObserver {
   std::optional<CanWatch> can_watch_;  // of a CAN bus
   std::vector<Unit> units_;
   std::vector<DeviceTally> tallies_;
-  std::vector<DriverCommandServer::DeviceSummary> summaries_;  // as in the last HELLO
+  std::vector<driver_device_t> summaries_;  // as in the last HELLO
   MonoNs now_;
   MonoNs next_tick_;
   int ticks_ = 0;
@@ -157,6 +177,27 @@ class Driver final : private LinkObserver {
   bool line_tried_ = false;
   std::string line_held_;  // the reason, while another process has the line
   MonoNs held_since_ = 0;
+};
+
+// Receives the command port of a driver on its own thread, so that a command is acknowledged at once, even if the bus is
+// busy. The port and the driver outlive it.
+class CommandThread {
+ public:
+  CommandThread(LcmPort& port, const BusConfig& config, Driver& driver);
+  ~CommandThread();
+  CommandThread(const CommandThread&) = delete;
+  CommandThread& operator=(const CommandThread&) = delete;
+
+  // Returns true if the port no longer delivers messages: the driver receives no commands, and should be restarted.
+  [[nodiscard]] bool failed() const { return failed_; }
+
+ private:
+  void Run();
+
+  LcmPort& port_;
+  std::atomic<bool> ending_ = false;
+  std::atomic<bool> failed_ = false;
+  std::thread thread_;
 };
 
 }  // namespace axlecast

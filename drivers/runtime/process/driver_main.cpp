@@ -3,16 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <csignal>
-#include <memory>
 #include <optional>
 #include <string>
 
 #include "core/base/result.h"
 #include "core/command/keys.h"
 #include "drivers/hal/line_guard.h"
-#include "drivers/runtime/process/command_thread.h"
 #include "drivers/runtime/process/driver.h"
-#include "drivers/runtime/process/ports.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
@@ -30,35 +27,24 @@ std::shared_ptr<spdlog::logger> MakeLog(const std::string& bus, bool verbose) {
   return log;
 }
 
-// False when LCM cannot be used; says why.
-bool Works(const LcmPort& port, spdlog::logger& log) {
-  if (!port.problem().empty()) log.error("{}", port.problem());
-  return port.problem().empty();
+spdlog::level::level_enum LevelOf(LogLevel level) {
+  if (level == LogLevel::kDebug) return spdlog::level::debug;
+  return level == LogLevel::kInfo ? spdlog::level::info : spdlog::level::warn;
 }
 
-void Write(spdlog::logger& log, LogLevel level, std::string_view text) {
-  switch (level) {
-    case LogLevel::kDebug:
-      return log.debug("{}", text);
-    case LogLevel::kInfo:
-      return log.info("{}", text);
-    case LogLevel::kWarning:
-      return log.warn("{}", text);
-  }
-}
-
-// The key that the driver signs with; without one the bridge may not believe it, but positions go on.
+// Returns the key that signs the answers. Without it, positions are published, but the bridge may not accept the answers.
 std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& secrets, spdlog::logger& log) {
   Result<std::optional<SigningKey>> key = LoadKey(bridge.drivers, secrets);
   if (key) return std::move(*key);
   log.warn(
-      "{}; the driver goes on without its key: positions are published, but the bridge believes none of its "
-      "answers and gives it no commands",
+      "{}; the driver runs without its key: positions are published, but the bridge does not accept its answers "
+      "and "
+      "sends it no commands",
       key.error().text);
   return std::nullopt;
 }
 
-// The process's exit code.
+// Returns the exit code of the process.
 int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands, const LcmPort& port,
             const StopSignal& stop, spdlog::logger& log) {
   Supervision supervision;
@@ -68,18 +54,18 @@ int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands,
     const MonoNs now = driver.RunOnce();
     supervision.Progress(now);
     if (reception.Changed(port.received())) {
-      const std::string lost = reception.Next(port.received(), now, port.warning());
+      const std::string lost = reception.NextLine(port.received(), now, port.warning());
       if (!lost.empty()) log.warn("{}", lost);
     }
   }
   supervision.Stopping();
   if (const std::string taken = driver.LineTaken(); !taken.empty()) {
     const std::string holder = PortHolder(bus.link.port);
-    log.error("{}{}; this driver ends and leaves bus {} to that one", taken,
-              holder.empty() ? "" : " (" + holder + ")", bus.name);
+    log.error("{}{}; this driver ends and leaves bus {} to it", taken, holder.empty() ? "" : " (" + holder + ")",
+              bus.name);
     return 1;
   }
-  if (commands.failed()) log.error("the command port hands over no more messages: start the driver again");
+  if (commands.failed()) log.error("the command port delivers no more messages: restart the driver");
   log.info("stopping");
   driver.Stop();
   log.info("stopped");
@@ -92,10 +78,14 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
               const DriverInterposers& interposers) {
   const auto log = MakeLog(bus.name, verbose);
   const StopSignal stop;
-  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a log that nobody reads any more must not end a driver
+  static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a closed log must not end the driver
   LcmPort data(machine.lcm.url, machine.lcm.prefix);
   LcmPort commands(machine.lcm.command_url, machine.lcm.prefix);
-  if (!Works(data, *log) || !Works(commands, *log)) return 1;
+  for (const LcmPort* port : {&data, &commands}) {
+    if (port->problem().empty()) continue;
+    log->error("{}", port->problem());
+    return 1;
+  }
 
   const SystemClock clock;
   if (HoldsSecrets(bus) || !machine.bridge.drivers.place.empty()) {
@@ -119,7 +109,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
                  .data = &data,
                  .commands = interposed_port ? interposed_port.get() : &commands,
                  .key = key ? &*key : nullptr,
-                 .log = [&log](LogLevel level, std::string_view text) { Write(*log, level, text); },
+                 .log = [&log](LogLevel level, std::string_view text) { log->log(LevelOf(level), "{}", text); },
                  .link_warnings = ports.warnings});
   log->info("{}", driver.command_server().Rule());
   const CommandThread command_thread(commands, bus, driver);

@@ -41,7 +41,7 @@ int DriverMain(const Family& family, int argc, char** argv, const DriverInterpos
   }
   const BusConfig* bus = machine->FindBus(bus_name);
   if (bus == nullptr || bus->family != &family) {
-    std::cerr << config << ": bus " << bus_name << " is none of family " << family.name
+    std::cerr << config << ": bus " << bus_name << " is not of family " << family.name
               << ": start its own driver, or `axlecast driver " << bus_name << "`\n";
     return kBadConfig;
   }

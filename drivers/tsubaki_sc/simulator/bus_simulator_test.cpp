@@ -4,7 +4,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
 
+#include <array>
+#include <memory>
+
+#include "core/config/config_map.h"
+#include "core/config/machine_config.h"
 #include "tests/support/golden_file.h"
 
 namespace axlecast::tsubaki_sc::simulator {
@@ -15,7 +21,16 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 using ByteList = std::vector<std::uint8_t>;
-using Reading = LineRules::Reading;
+
+// The keys of `timing`: README.md of this folder.
+enum class Reading : std::uint8_t { kA, kL, kW, kNone };
+struct LineRules {
+  Reading reading = Reading::kA;
+  bool paced = true;
+  MonoNs reply_delay = 5 * kMillisecond;
+  MonoNs tolerance = 2 * kMillisecond;
+  bool echo = false;
+};
 
 constexpr MonoNs kStart = 5'000 * kSecond;
 // 11 bits at 9600 bit/s, rounded down to ns for n characters.
@@ -38,17 +53,35 @@ struct Delivery {
 // Units 1, 2, ... named gm1, gm2, ... on a line in virtual time.
 class DeviceFixture {
  public:
-  explicit DeviceFixture(const LineRules& rules = {}, int units = 3) : simulator_(Stations(units), rules) {}
+  explicit DeviceFixture(const LineRules& rules = {}, int units = 3) {
+    constexpr std::array<const char*, 4> kReadings = {"A", "L", "W", "none"};
+    const auto milliseconds = [](MonoNs time) { return std::to_string(static_cast<double>(time) / kMillisecond); };
+    std::string yaml = "{timing: {reading: " + std::string(kReadings.at(static_cast<std::size_t>(rules.reading))) +
+                       ", pace: " + (rules.paced ? "wire" : "unpaced") +
+                       ", reply_delay_ms: " + milliseconds(rules.reply_delay) +
+                       ", tolerance_ms: " + milliseconds(rules.tolerance) + "}";
+    std::vector<std::pair<std::string, std::uint8_t>> names;
+    for (int i = 1; i <= units; ++i) {
+      names.emplace_back("gm" + std::to_string(i), static_cast<std::uint8_t>(i));
+      yaml += ", " + names.back().first + ": {seed: 1}";
+    }
+    ConfigErrors errors("machine.yaml");
+    ConfigMap map(YAML::Load(yaml + "}"), "simulate", errors);
+    BusConfig bus;
+    bus.link.echo = rules.echo;
+    simulator_ = MakeSimulator(bus, map, names);
+    EXPECT_EQ(errors.Text(), "");
+  }
 
   void Send(const ByteList& bytes) {
-    simulator_.OnBytes(bytes, now_, [this](Bytes out) { Store(out); });
+    simulator_->OnBytes(bytes, now_, [this](Bytes out) { Store(out); });
   }
   // Lets time pass; everything happens at its instant.
   void Pass(MonoNs time) {
     const MonoNs until = now_ + time;
-    while (simulator_.NextDue() <= until) {
-      now_ = std::max(now_, simulator_.NextDue());
-      simulator_.OnDue(now_, [this](Bytes out) { Store(out); });
+    while (simulator_->NextDue() <= until) {
+      now_ = std::max(now_, simulator_->NextDue());
+      simulator_->OnDue(now_, [this](Bytes out) { Store(out); });
     }
     now_ = until;
   }
@@ -60,30 +93,22 @@ class DeviceFixture {
     return deliveries_.size() == 1 ? deliveries_[0].bytes : ByteList();
   }
   void Set(const std::string& device, const std::string& key, const std::string& value) {
-    EXPECT_EQ(ErrorText(simulator_.Set(device, key, value, now_)), "");
+    EXPECT_EQ(ErrorText(simulator_->Set(device, key, value, now_)), "");
   }
   std::string Value(const std::string& device, const std::string& key) {
-    for (const auto& [name, value] : simulator_.State(device, now_)) {
+    for (const auto& [name, value] : simulator_->State(device, now_)) {
       if (name == key) return value;
     }
     return "absent";
   }
-  BusSimulator& simulator() { return simulator_; }
+  Simulator& simulator() { return *simulator_; }
   std::vector<Delivery>& deliveries() { return deliveries_; }
   [[nodiscard]] MonoNs now() const { return now_; }
 
  private:
-  static std::vector<Station> Stations(int units) {
-    std::vector<Station> stations;
-    for (int i = 1; i <= units; ++i) {
-      stations.push_back(
-          {{"gm" + std::to_string(i), SimulatedUnit(1), {}}, static_cast<std::uint8_t>(i), SeededRandom(1)});
-    }
-    return stations;
-  }
   void Store(Bytes bytes) { deliveries_.push_back({now_, ByteList(bytes.begin(), bytes.end())}); }
 
-  BusSimulator simulator_;
+  std::unique_ptr<Simulator> simulator_;
   std::vector<Delivery> deliveries_;
   MonoNs now_ = kStart;
 };
@@ -237,7 +262,7 @@ TEST(BusSimulatorTest, AGapOf5MillisecondsInsideACommandDropsIt) {
     bench.Send({command.begin() + 3, command.end()});
     bench.Pass(kSecond);
     EXPECT_THAT(bench.deliveries(), SizeIs(answers)) << gap;
-    EXPECT_EQ(bench.simulator().counters().dropped_gap, answers == 0 ? 1 : 0);
+    EXPECT_EQ(bench.Value("gm1", "bus_dropped_gap"), answers == 0 ? "1" : "0");
     EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15)) << "the next one is received";
   }
 }
@@ -262,7 +287,7 @@ TEST(BusSimulatorTest, AWrongErrorCheckIsNotAnswered) {
     command[i] ^= 0x40U;
   }
   EXPECT_THAT(bench.deliveries(), IsEmpty());
-  EXPECT_EQ(bench.simulator().counters().dropped_checksum, 8);
+  EXPECT_EQ(bench.Value("gm1", "bus_dropped_checksum"), "8");
   EXPECT_EQ(bench.Value("gm2", "bus_dropped_checksum"), "8");
 }
 
@@ -274,7 +299,7 @@ TEST(BusSimulatorTest, TwoCommandsWithoutSilenceAreNone) {
   bench.Send(both);
   bench.Pass(kSecond);
   EXPECT_THAT(bench.deliveries(), IsEmpty());
-  EXPECT_EQ(bench.simulator().counters().dropped_silence, 1);
+  EXPECT_EQ(bench.Value("gm1", "bus_dropped_silence"), "1");
 }
 
 TEST(BusSimulatorTest, AForeignAddressIsNotAnswered) {
@@ -282,7 +307,7 @@ TEST(BusSimulatorTest, AForeignAddressIsNotAnswered) {
   for (const char* address : {"04", "10", "11", "80", "FF"}) {
     EXPECT_THAT(bench.Ask(std::string(address) + " 04 00 C8 00 05"), IsEmpty());
   }
-  EXPECT_EQ(bench.simulator().counters().foreign, 5);
+  EXPECT_EQ(bench.Value("gm1", "bus_foreign"), "5");
 }
 
 TEST(BusSimulatorTest, GarbageIsCountedAndForgotten) {
@@ -303,7 +328,7 @@ TEST(BusSimulatorTest, AnotherBaudRateIsNoise) {
   DeviceFixture bench;
   bench.simulator().OnBaud(19'200);
   EXPECT_THAT(bench.Ask(kReadStatus), IsEmpty());
-  EXPECT_EQ(bench.simulator().counters().dropped_baud, 1);
+  EXPECT_EQ(bench.Value("gm1", "bus_dropped_baud"), "1");
   bench.simulator().OnBaud(9'600);
   EXPECT_THAT(bench.Ask(kReadStatus), SizeIs(15));
 }
@@ -315,7 +340,7 @@ TEST(BusSimulatorTest, WhoTransmitsIntoAResponseDestroysBoth) {
   bench.Send(Sealed("01 04 00 C8 00 05"));
   bench.Pass(kSecond);
   EXPECT_THAT(bench.deliveries(), IsEmpty());
-  EXPECT_EQ(bench.simulator().counters().collisions, 1);
+  EXPECT_EQ(bench.Value("gm1", "bus_collisions"), "1");
 }
 
 // ---- broadcast: guideline 4 and 6 note 2 ----
@@ -402,7 +427,7 @@ TEST(BusSimulatorTest, ADelayedResponseLeavesTheLineInTimeASlowOneDoesNot) {
   bench.Send(Sealed("01 04 01 2C 00 01"));
   bench.Pass(kSecond);
   EXPECT_THAT(bench.deliveries(), IsEmpty());
-  EXPECT_EQ(bench.simulator().counters().collisions, 1);
+  EXPECT_EQ(bench.Value("gm1", "bus_collisions"), "1");
 }
 
 TEST(BusSimulatorTest, FaultsOfModbus) {

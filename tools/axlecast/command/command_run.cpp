@@ -15,7 +15,6 @@
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/command/memory_cells.h"
-#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
@@ -207,8 +206,7 @@ Result<> SetArguments(const OperationSpec& operation, const std::vector<std::str
     arguments[i].value = words[i].substr(equals + 1);
     request.arguments.emplace_back(arguments[i].key, arguments[i].value);
   }
-  if (const auto refused = CheckArguments(operation, arguments)) return Failure(refused->text);
-  return {};
+  return CheckArguments(operation, arguments);
 }
 
 std::string OperationList(const BusConfig& bus) {

@@ -22,6 +22,9 @@ constexpr std::size_t kDevice = 10;
 constexpr std::size_t kOperation = 32;
 constexpr std::size_t kOutcome = 13;
 
+// Returns the first 8 digits of an id, or "-" if it is zero.
+std::string ShortId(const CommandId& id) { return id == CommandId{} ? "-" : IdText(id).substr(0, kId); }
+
 std::string Row(std::string_view time, std::string_view id, std::string_view who, std::string_view device,
                 std::string_view operation, std::string_view outcome, std::string_view text) {
   std::string row = Left(time, kTime) + ' ' + Left(id, kId) + ' ' + Left(who, kWho) + ' ' + Left(device, kDevice) +
@@ -134,8 +137,6 @@ std::string DatumRow(const std::string& number, const std::string& time, const s
 }
 
 }  // namespace
-
-std::string ShortId(const CommandId& id) { return id == CommandId{} ? "-" : IdText(id).substr(0, kId); }
 
 std::string HistoryHeading() { return Row("time (UTC)", "id", "who", "device", "operation", "outcome", "text"); }
 

@@ -24,9 +24,6 @@ namespace axlecast {
 [[nodiscard]] nlohmann::ordered_json HistoryJson(const AxisEvent& event);
 [[nodiscard]] nlohmann::ordered_json CommandJson(const CommandRow& command, const std::vector<CommandStep>& steps);
 
-// Returns the first 8 digits of an id, or "-" if it is zero.
-[[nodiscard]] std::string ShortId(const CommandId& id);
-
 // Returns the number of memory writes that the maker specifies for the device, or 0 if it is unknown.
 [[nodiscard]] std::int64_t WriteBudget(const MachineConfig& machine, std::string_view device);
 

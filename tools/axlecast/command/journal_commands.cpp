@@ -49,6 +49,9 @@ struct JournalOption {
   }
 };
 
+constexpr const char* kDatumExitCodes =
+    "Exit code 1: the journal contains nothing about the device, or cannot be read; 2: no such device";
+
 struct DatumOptions {
   JournalOption journal;
   std::string device;
@@ -111,11 +114,10 @@ void AddDatumShow(CLI::App& datum, int& exit_code) {
   command->add_option("DEVICE", options->device, "Only this device; default all devices in the journal");
   command->add_flag("--json", options->json, "Print one JSON object per line, one for each device");
   options->journal.AddTo(*command);
-  command->footer(
-      "examples:\n"
-      "  axlecast datum show\n"
-      "  axlecast datum show axis1 --json | jq .datum.counts\n"
-      "Exit code 1: the journal contains nothing about the device, or cannot be read; 2: no such device");
+  command->footer(std::string("examples:\n"
+                              "  axlecast datum show\n"
+                              "  axlecast datum show axis1 --json | jq .datum.counts\n") +
+                  kDatumExitCodes);
   command->callback([options, &exit_code] { exit_code = ShowDatums(*options); });
 }
 
@@ -125,9 +127,7 @@ void AddDatumHistory(CLI::App& datum, int& exit_code) {
   command->add_option("DEVICE", options->device, "The device")->required();
   command->add_flag("--json", options->json, "Print one JSON object per line, one for each datum");
   options->journal.AddTo(*command);
-  command->footer(
-      "example: axlecast datum history axis1\n"
-      "Exit code 1: the journal contains nothing about the device, or cannot be read; 2: no such device");
+  command->footer(std::string("example: axlecast datum history axis1\n") + kDatumExitCodes);
   command->callback([options, &exit_code] { exit_code = ShowDatumHistory(*options); });
 }
 
@@ -187,8 +187,7 @@ int ShowOne(HistoryReader& reader, const HistoryOptions& options) {
   }
   const std::vector<CommandStep> steps = reader.Steps(found.front().number);
   if (!reader.state()) return Fail(reader.state().error().text, kExitBad);
-  static_cast<void>(WriteOut(options.json ? JsonLine(CommandJson(found.front(), steps)) + '\n'
-                                          : CommandText(found.front(), steps)));
+  Show(CommandJson(found.front(), steps), CommandText(found.front(), steps), options.json);
   return kExitDone;
 }
 

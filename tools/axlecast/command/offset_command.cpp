@@ -71,8 +71,7 @@ int Capture(const MachineConfig& machine, const Options& options) {
                     " valid readings, then none for 10 s: axlecast status shows why",
                 kExitNoAnswer);
   }
-  static_cast<void>(WriteOut(options.json ? JsonLine(capture.Json(options.device, options.value)) + '\n'
-                                          : capture.Text(options.device, options.value)));
+  Show(capture.Json(options.device, options.value), capture.Text(options.device, options.value), options.json);
   return kExitDone;
 }
 

@@ -22,6 +22,12 @@ double Analog(const motor_health_t& motor, float value) {
   return Has(motor, motor_health_t::FLAG_ANALOG_VALID) ? static_cast<double>(value) : kUnknown;
 }
 
+// Returns the length of the acceleration vector in m/s^2, including gravity, or NaN.
+double AccelMagnitude(const motor_health_t& motor) {
+  return std::hypot(Analog(motor, motor.accel_mps2[0]), Analog(motor, motor.accel_mps2[1]),
+                    Analog(motor, motor.accel_mps2[2]));
+}
+
 // Widths of the columns after name and state.
 std::string Columns(const std::string& volts, const std::string& amperes, const std::string& watts,
                     const std::string& temperature, const std::string& accel, const std::string& trips,
@@ -77,11 +83,6 @@ std::string FirstRow(const DeviceView& device, MonoNs now) {
 }
 
 }  // namespace
-
-double AccelMagnitude(const motor_health_t& motor) {
-  return std::hypot(Analog(motor, motor.accel_mps2[0]), Analog(motor, motor.accel_mps2[1]),
-                    Analog(motor, motor.accel_mps2[2]));
-}
 
 std::string MotorValueText(const motor_health_t& motor) {
   return Decimal(Analog(motor, motor.power_w), 1) + " W " + Decimal(Analog(motor, motor.temperature_c), 1) +

@@ -16,9 +16,6 @@ inline constexpr std::size_t kTableWidth = 80;
 
 // Texts of devices: monitored motors, values, alarms and errors.
 
-// Returns the length of the acceleration vector in m/s^2, including gravity, or NaN.
-[[nodiscard]] double AccelMagnitude(const motor_health_t& motor);
-
 // "250.0 W 45.0 degC"
 [[nodiscard]] std::string MotorValueText(const motor_health_t& motor);
 

@@ -266,11 +266,12 @@ std::string Text(const MachineView& machine, const std::vector<std::string>& fau
          EndText(machine, faults, "good: every device ONLINE, every bus UP, nothing lost, no process failed\n");
 }
 
-}  // namespace
-
+// Counts of LCM datagrams that this process lost or refused.
 Json ReceptionJson(const ReceptionCounts& counts) {
   return {{"dropped", counts.dropped}, {"outside", counts.outside}, {"malformed", counts.malformed}};
 }
+
+}  // namespace
 
 std::string StatusText(const MachineView& machine, MonoNs now) {
   std::string text;

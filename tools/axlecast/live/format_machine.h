@@ -15,9 +15,6 @@ namespace axlecast {
 [[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json StatusJson(const MachineView& machine, MonoNs now);
 
-// Counts of LCM datagrams that this process lost or refused, for `status --json` and `up --json`.
-[[nodiscard]] nlohmann::ordered_json ReceptionJson(const ReceptionCounts& counts);
-
 // The DEVICE message of `device` must have been received.
 [[nodiscard]] std::string InfoText(const DeviceView& device, MonoNs now);
 [[nodiscard]] nlohmann::ordered_json InfoJson(const DeviceView& device);

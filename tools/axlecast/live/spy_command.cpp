@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <system_error>
 
 #include "core/base/result.h"
@@ -43,11 +44,10 @@ std::string TypesJar() {
 
 // Returns the program's file, found as a shell does, or an empty text.
 std::string OnPath(const std::string& program) {
-  const char* value = std::getenv("PATH");
-  std::string path = value == nullptr ? "/usr/bin:/bin" : value;
-  path += ':';
-  for (std::size_t start = 0, end = 0; (end = path.find(':', start)) != std::string::npos; start = end + 1) {
-    std::string file = path.substr(start, end - start) + '/' + program;
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "/usr/bin:/bin" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::string file = folder + '/' + program;
     if (access(file.c_str(), X_OK) == 0) return file;
   }
   return "";

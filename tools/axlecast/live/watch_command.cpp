@@ -225,7 +225,7 @@ class Watch {
   // Reports losses immediately, except with a table: its losses are reported at the end.
   void Report() {
     if (screen_) return;
-    const std::string lost = reception_.Next(Received(), clock_.Now(), ports_.front().warning());
+    const std::string lost = reception_.NextLine(Received(), clock_.Now(), ports_.front().warning());
     if (!lost.empty()) std::cerr << lost << '\n';
   }
 

@@ -5,12 +5,10 @@
 #include <string>
 #include <string_view>
 
-#include "core/messages/json/field.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/log_check.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/log_summary.h"
+#include "tools/axlecast/logs/log_report.h"
 #include "tools/log/log_event.h"
 
 namespace axlecast {

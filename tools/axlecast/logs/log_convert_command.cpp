@@ -18,10 +18,7 @@
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/convert/conversion.h"
-#include "tools/convert/csv.h"
-#include "tools/convert/mcap.h"
 #include "tools/convert/plot.h"
-#include "tools/convert/wire_capture.h"
 
 namespace axlecast {
 namespace {
@@ -30,14 +27,27 @@ namespace {
 class LogSelection {
  public:
   // The object must outlive the parsing.
-  void AddTo(CLI::App& command);
+  void AddTo(CLI::App& command) {
+    command.add_option("LOG", file_, "An LCM event log, of axlecast record or lcm-logger")->required();
+    filter_.AddTo(command);
+  }
 
   // Opens the log. If that fails, or an option is invalid, prints the error and returns the exit code.
-  [[nodiscard]] std::optional<int> Open();
+  [[nodiscard]] std::optional<int> Open() {
+    if (!input_.Open(file_)) return kExitBad;
+    input_.Read("", [](const LogEvent&, std::size_t) { return false; });
+    if (input_.ExitCode() == kExitBad) return kExitBad;
+    if (const Result<> parsed = filter_.Parse(input_.log()); !parsed) return Fail(parsed.error().text, kExitUsage);
+    return std::nullopt;
+  }
 
   // Return the events of the opened log, and refer to this object. `all` ignores --channel.
-  [[nodiscard]] EventRange events();
-  [[nodiscard]] EventRange all();
+  [[nodiscard]] EventRange events() {
+    return [this](const EventVisitor& visit) { Visit(visit, true); };
+  }
+  [[nodiscard]] EventRange all() {
+    return [this](const EventVisitor& visit) { Visit(visit, false); };
+  }
 
   // Returns the damaged bytes within the selected time. Call it after all events were read.
   [[nodiscard]] std::size_t damaged_bytes() const { return DamagedBytes(input_.damage()); }
@@ -46,61 +56,68 @@ class LogSelection {
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
-  void Visit(const EventVisitor& visit, bool filtered);
+  void Visit(const EventVisitor& visit, bool filtered) {
+    const auto visit_selected = [&](const LogEvent& event, std::size_t) {
+      if (filter_.EndsAt(event)) return false;
+      return !(filtered ? filter_.Matches(event) : filter_.MatchesTime(event)) || visit(event);
+    };
+    input_.Read("", visit_selected, filter_.Begin(input_.log()));
+  }
 
   std::string file_;
   LogFilter filter_;
   LogInput input_;
 };
 
-void LogSelection::AddTo(CLI::App& command) {
-  command.add_option("LOG", file_, "An LCM event log, of axlecast record or lcm-logger")->required();
-  filter_.AddTo(command);
-}
-
-std::optional<int> LogSelection::Open() {
-  if (!input_.Open(file_)) return kExitBad;
-  input_.Read("", [](const LogEvent&, std::size_t) { return false; });
-  if (input_.ExitCode() == kExitBad) return kExitBad;
-  if (const Result<> parsed = filter_.Parse(input_.log()); !parsed) return Fail(parsed.error().text, kExitUsage);
-  return std::nullopt;
-}
-
-void LogSelection::Visit(const EventVisitor& visit, bool filtered) {
-  const auto visit_selected = [&](const LogEvent& event, std::size_t) {
-    if (filter_.EndsAt(event)) return false;
-    return !(filtered ? filter_.Matches(event) : filter_.MatchesTime(event)) || visit(event);
-  };
-  input_.Read("", visit_selected, filter_.Begin(input_.log()));
-}
-
-EventRange LogSelection::events() {
-  return [this](const EventVisitor& visit) { Visit(visit, true); };
-}
-
-EventRange LogSelection::all() {
-  return [this](const EventVisitor& visit) { Visit(visit, false); };
-}
-
 // The output of a conversion: -o FILE, or - for standard output, and --force.
 class ConversionOutput {
  public:
   // The object must outlive the parsing.
-  void AddTo(CLI::App& command);
+  void AddTo(CLI::App& command) {
+    command.add_option("-o,--output", path_, "Write to FILE; - is standard output")->required()->type_name("FILE");
+    command.add_flag("--force", force_, "Replace FILE if it exists");
+  }
 
   // Opens the file. If that fails, prints the error and returns the exit code.
-  [[nodiscard]] std::optional<int> Open();
+  [[nodiscard]] std::optional<int> Open() {
+    if (path_ == "-") return std::nullopt;
+    if (!force_ && std::filesystem::exists(path_)) {
+      return Fail(path_ + " exists: choose another name, or replace it with --force", kExitUsage);
+    }
+    file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = 0644});
+    if (const Result<> opened = file_->Append(""); !opened) return Fail(opened.error().text, kExitFailed);
+    return std::nullopt;
+  }
 
   // Returns false if the write failed.
-  bool Write(std::string_view part);
+  bool Write(std::string_view part) {
+    constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written to standard output together
+    if (file_ != nullptr) return file_->Collect(part);
+    waiting_ += part;
+    return !closed_ && (waiting_.size() < kWaiting || Flush());
+  }
 
   // Completes the file. Prints an error of the file or of the log. Returns the exit code.
-  [[nodiscard]] int Commit(const LogSelection& log);
+  [[nodiscard]] int Commit(const LogSelection& log) {
+    if (file_ == nullptr && !Flush()) return Fail("standard output was closed", kExitFailed);
+    if (const Result<> committed = file_ != nullptr ? file_->Commit(force_) : Result<>(); !committed)
+      return Fail(committed.error().text, kExitFailed);
+    const std::string loss = log.Loss();
+    if (!loss.empty()) std::cerr << loss << '\n';
+    if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
+    std::cerr << log.file() << ": " << log.damaged_bytes()
+              << " bytes are damaged, and their events are missing; axlecast log verify shows where\n";
+    return kExitLosses;
+  }
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
-  [[nodiscard]] bool Flush();
+  [[nodiscard]] bool Flush() {
+    closed_ = closed_ || !(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_));
+    waiting_.clear();
+    return !closed_;
+  }
 
   std::string path_;
   bool force_ = false;
@@ -108,48 +125,6 @@ class ConversionOutput {
   std::string waiting_;            // for standard output
   bool closed_ = false;            // standard output
 };
-
-constexpr mode_t kMode = 0644;
-constexpr std::size_t kWaiting = 1U << 16;  // bytes that are written to standard output together
-
-void ConversionOutput::AddTo(CLI::App& command) {
-  command.add_option("-o,--output", path_, "Write to FILE; - is standard output")->required()->type_name("FILE");
-  command.add_flag("--force", force_, "Replace FILE if it exists");
-}
-
-std::optional<int> ConversionOutput::Open() {
-  if (path_ == "-") return std::nullopt;
-  if (!force_ && std::filesystem::exists(path_)) {
-    return Fail(path_ + " exists: choose another name, or replace it with --force", kExitUsage);
-  }
-  file_ = std::make_unique<NewFile>(path_, FileAccess{.mode = kMode});
-  if (const Result<> opened = file_->Append(""); !opened) return Fail(opened.error().text, kExitFailed);
-  return std::nullopt;
-}
-
-bool ConversionOutput::Write(std::string_view part) {
-  if (file_ != nullptr) return file_->Collect(part);
-  waiting_ += part;
-  return !closed_ && (waiting_.size() < kWaiting || Flush());
-}
-
-bool ConversionOutput::Flush() {
-  closed_ = closed_ || !(isatty(STDOUT_FILENO) == 1 ? WriteOut(waiting_) : WriteBytes(waiting_));
-  waiting_.clear();
-  return !closed_;
-}
-
-int ConversionOutput::Commit(const LogSelection& log) {
-  if (file_ == nullptr && !Flush()) return Fail("standard output was closed", kExitFailed);
-  if (const Result<> committed = file_ != nullptr ? file_->Commit(force_) : Result<>(); !committed)
-    return Fail(committed.error().text, kExitFailed);
-  const std::string loss = log.Loss();
-  if (!loss.empty()) std::cerr << loss << '\n';
-  if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
-  std::cerr << log.file() << ": " << log.damaged_bytes()
-            << " bytes are damaged, and their events are missing; axlecast log verify shows where\n";
-  return kExitLosses;
-}
 
 struct LogConvertOptions {
   LogSelection log;

@@ -5,9 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include "core/base/result.h"

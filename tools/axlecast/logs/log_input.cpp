@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <iostream>
 #include <utility>
@@ -12,8 +11,6 @@
 #include "core/base/utc_text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/log/log_event.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
@@ -68,7 +65,7 @@ void LogTimeOptions::AddTo(CLI::App& command) {
 Result<> LogTimeOptions::Parse(const std::vector<Bytes>& logs) {
   if (from_text_.empty() && until_text_.empty()) return {};
   const LogSpan span = SpanOf(logs);
-  for (const auto& [text, time] : {std::pair(&from_text_, &from_), {&until_text_, &until_}}) {
+  for (const auto& [text, time] : {std::pair(&from_text_, &from), {&until_text_, &until}}) {
     if (text->empty()) continue;
     *time = ParseLogTime(*text, span);
     if (!*time) {
@@ -78,8 +75,7 @@ Result<> LogTimeOptions::Parse(const std::vector<Bytes>& logs) {
           "or 2026-11-21T07:00:05.25 (UTC)");
     }
   }
-  if (from_ && until_ && *from_ >= *until_)
-    return Failure("--from is not before --until: no event is between them");
+  if (from && until && *from >= *until) return Failure("--from is not before --until: no event is between them");
   return {};
 }
 
@@ -92,19 +88,6 @@ void LogFilter::AddTo(CLI::App& command) {
 Result<> LogFilter::Parse(Bytes log) {
   if (const Result<> set = filter_.Set(channel_, invert_); !set) return Failure("--channel: " + set.error().text);
   return time_.Parse({log});
-}
-
-bool LogFilter::MatchesTime(const LogEvent& event) const {
-  return (!time_.from() || event.utime >= *time_.from()) && (!time_.until() || event.utime < *time_.until());
-}
-
-// Times may run back by at most kSeekSlackUs.
-std::size_t LogFilter::Begin(Bytes log) const {
-  return time_.from() ? SeekTime(log, *time_.from() - kSeekSlackUs) : 0;
-}
-
-bool LogFilter::EndsAt(const LogEvent& event) const {
-  return time_.until() && event.utime > *time_.until() + kSeekSlackUs;
 }
 
 LogProgress::LogProgress(const char* activity, std::size_t bytes)

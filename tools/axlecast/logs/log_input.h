@@ -28,23 +28,20 @@ namespace axlecast {
 [[nodiscard]] std::optional<std::int64_t> ParseLogTime(std::string_view text, const LogSpan& span);
 
 // The options --from and --until.
-class LogTimeOptions {
- public:
+struct LogTimeOptions {
   // The object must outlive the parsing.
   void AddTo(CLI::App& command);
 
   // Parses the options. The logs define the start and the end for relative times.
   [[nodiscard]] Result<> Parse(const std::vector<Bytes>& logs);
 
-  // Return us, UNIX time, or nothing if the option was not given.
-  [[nodiscard]] const std::optional<std::int64_t>& from() const { return from_; }
-  [[nodiscard]] const std::optional<std::int64_t>& until() const { return until_; }
+  // us, UNIX time, or nothing if the option was not given.
+  std::optional<std::int64_t> from;
+  std::optional<std::int64_t> until;
 
  private:
   std::string from_text_;
   std::string until_text_;
-  std::optional<std::int64_t> from_;
-  std::optional<std::int64_t> until_;
 };
 
 // The options --channel, --invert, --from and --until, which select the events of a log.
@@ -57,11 +54,17 @@ class LogFilter {
   [[nodiscard]] Result<> Parse(Bytes log);
 
   [[nodiscard]] bool Matches(const LogEvent& event) { return MatchesTime(event) && filter_.Matches(event.channel); }
-  [[nodiscard]] bool MatchesTime(const LogEvent& event) const;  // for any channel
-  // Returns an offset before which no event matches.
-  [[nodiscard]] std::size_t Begin(Bytes log) const;
+  [[nodiscard]] bool MatchesTime(const LogEvent& event) const {  // for any channel
+    return (!time_.from || event.utime >= *time_.from) && (!time_.until || event.utime < *time_.until);
+  }
+  // Returns an offset before which no event matches. Times may run back by at most kSeekSlackUs.
+  [[nodiscard]] std::size_t Begin(Bytes log) const {
+    return time_.from ? SeekTime(log, *time_.from - kSeekSlackUs) : 0;
+  }
   // Returns true if no later event of the log matches.
-  [[nodiscard]] bool EndsAt(const LogEvent& event) const;
+  [[nodiscard]] bool EndsAt(const LogEvent& event) const {
+    return time_.until && event.utime > *time_.until + kSeekSlackUs;
+  }
 
  private:
   std::string channel_;
@@ -118,7 +121,7 @@ class LogFiles {
   [[nodiscard]] Result<> Open(std::span<const std::string> paths);
   [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
   [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
-  // Returns MappedFile::Loss of the first log that has lost a part since it was opened; empty if there is none.
+  // Returns MappedFile::Loss of the first log that has lost a part since it was opened, or an empty text.
   [[nodiscard]] std::string Loss() const;
 
  private:

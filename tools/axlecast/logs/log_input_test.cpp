@@ -62,10 +62,10 @@ class LogTimeOptionsTest : public testing::Test {
 
 TEST_F(LogTimeOptionsTest, CountFromTheLogsEnds) {
   EXPECT_EQ(ErrorOf({}), "");
-  EXPECT_FALSE(options_.from() || options_.until());
+  EXPECT_FALSE(options_.from || options_.until);
   EXPECT_EQ(ErrorOf({"--from", "15m", "--until=-10"}), "");
-  EXPECT_EQ(options_.from(), kStart + 900'000'000);
-  EXPECT_EQ(options_.until(), kEnd - 10'000'000);
+  EXPECT_EQ(options_.from, kStart + 900'000'000);
+  EXPECT_EQ(options_.until, kEnd - 10'000'000);
 }
 
 TEST_F(LogTimeOptionsTest, SayWhatIsWrong) {

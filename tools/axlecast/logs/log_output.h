@@ -4,7 +4,6 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/base/result.h"
 #include "platform/os/new_file.h"

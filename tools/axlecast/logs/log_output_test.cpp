@@ -7,7 +7,7 @@
 
 #include "platform/os/mapped_file.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/axlecast/logs/log_check.h"
+#include "tools/axlecast/logs/log_report.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 

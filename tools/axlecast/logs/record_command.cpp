@@ -16,6 +16,7 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/messages/json/field.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/folder.h"
 #include "platform/os/mapped_file.h"
@@ -23,9 +24,7 @@
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/logs/record_options.h"
-#include "tools/axlecast/logs/record_report.h"
-#include "tools/log/log_event.h"
+#include "tools/axlecast/logs/record.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 
@@ -41,10 +40,42 @@ struct LogRecording {
         session(std::move(settings), system_clock) {}
 
   // Continues the file, if it exists.
-  [[nodiscard]] Result<> Continue(const std::string& file);
+  [[nodiscard]] Result<> Continue(const std::string& file) {
+    if (access(file.c_str(), F_OK) != 0) return {};  // a new file
+    const MappedFile log(file);
+    if (!log.problem().empty()) return Failure(log.problem());
+    const LogTail tail = FindTail(log.bytes());
+    if (std::string loss = log.Loss(); !loss.empty()) return Failure(loss);
+    if (!log.bytes().empty() && tail.size == 0) {
+      return Failure(file + ": contains no LCM event, and is not changed; choose another name");
+    }
+    if (tail.torn > 0) std::cerr << file << ": removes a torn end of " << tail.torn << " bytes\n";
+    session.Append(tail);
+    return {};
+  }
+
   // Publishes health and alarms. Appends the errors that have begun or ended since the previous call to `errors`.
-  recorder_health_t PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors);
-  void AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors);
+  recorder_health_t PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
+    const RecordingStatus status = session.status();
+    const MonoNs now = clock.Now();
+    const std::int64_t utime = clock.UtcMicroseconds();
+    recorder_health_t message = health.Make(status, now, utime, stopping);
+    static_cast<void>(Publish(port, "RECORDER/" + name, message));
+    static_cast<void>(Publish(port, "ALARM/recorder/" + name, alarms.Make(status, now, utime)));
+    AddErrors(status.disk, errors);
+    return message;
+  }
+
+  void AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
+    if (disk.last_error_utime != 0 && disk.last_error != shown_error) {
+      errors.push_back(disk.last_error);
+      shown_error = disk.last_error;
+    } else if (disk.state == DiskState::kGood && disk_failed) {
+      errors.push_back(disk.file + ": the disk accepts events again");
+      shown_error.clear();
+    }
+    disk_failed = disk.state != DiskState::kGood;
+  }
 
   std::string name;
   std::vector<std::string> urls;
@@ -56,42 +87,6 @@ struct LogRecording {
   std::string shown_error;
   bool disk_failed = false;
 };
-
-Result<> LogRecording::Continue(const std::string& file) {
-  if (access(file.c_str(), F_OK) != 0) return {};  // a new file
-  const MappedFile log(file);
-  if (!log.problem().empty()) return Failure(log.problem());
-  const LogTail tail = FindTail(log.bytes());
-  if (std::string loss = log.Loss(); !loss.empty()) return Failure(loss);
-  if (!log.bytes().empty() && tail.size == 0) {
-    return Failure(file + ": contains no LCM event, and is not changed; choose another name");
-  }
-  if (tail.torn > 0) std::cerr << file << ": removes a torn end of " << tail.torn << " bytes\n";
-  session.Append(tail);
-  return {};
-}
-
-recorder_health_t LogRecording::PublishHealth(LcmPort& port, bool stopping, std::vector<std::string>& errors) {
-  const RecordingStatus status = session.status();
-  const MonoNs now = clock.Now();
-  const std::int64_t utime = clock.UtcMicroseconds();
-  recorder_health_t message = health.Make(status, now, utime, stopping);
-  static_cast<void>(Publish(port, "RECORDER/" + name, message));
-  static_cast<void>(Publish(port, "ALARM/recorder/" + name, alarms.Make(status, now, utime)));
-  AddErrors(status.disk, errors);
-  return message;
-}
-
-void LogRecording::AddErrors(const LogWriterStatus& disk, std::vector<std::string>& errors) {
-  if (disk.last_error_utime != 0 && disk.last_error != shown_error) {
-    errors.push_back(disk.last_error);
-    shown_error = disk.last_error;
-  } else if (disk.state == DiskState::kGood && disk_failed) {
-    errors.push_back(disk.file + ": the disk accepts events again");
-    shown_error.clear();
-  }
-  disk_failed = disk.state != DiskState::kGood;
-}
 
 // Status lines on a terminal, one for each log. Each call draws over the previous lines.
 class LiveLines {
@@ -157,17 +152,19 @@ class RecordRun {
   }
 
   void Announce(const LogRecording& log) const {
+    const std::string file = log.session.status().disk.file;
     if (options_.json) {
-      static_cast<void>(WriteOut(RecordStartJson(log.name, log.session.status(), log.urls) + '\n'));
+      static_cast<void>(
+          WriteOut(JsonLine({{"kind", "start"}, {"name", log.name}, {"file", file}, {"urls", log.urls}}) + '\n'));
       return;
     }
-    const std::string file = log.session.status().disk.file;
     std::cerr << Title(log) << (file.empty() ? "waiting for the trigger" : "recording to " + file)
               << "; Ctrl-C ends it\n";
   }
 
   [[nodiscard]] bool AnyFailed() const {
-    return std::any_of(logs_.begin(), logs_.end(), [](const LogRecording& log) { return log.session.failed(); });
+    return std::any_of(logs_.begin(), logs_.end(),
+                       [](const LogRecording& log) { return !log.session.status().failure.empty(); });
   }
 
   [[nodiscard]] bool AllHaveProgress() {
@@ -268,7 +265,8 @@ void AddRecordCommand(CLI::App& app, int& exit_code) {
       "  axlecast record run7.lcm --append\n"
       "Stock tools read the logs: lcm-logplayer run7.lcm. Ctrl-C or SIGTERM writes what has been received, and "
       "ends.\n"
-      "exit code: 0 complete, 1 the machine's file is invalid, 2 usage, 3 messages were lost (see the senders), 4 "
+      "exit code: 0 complete, 1 the machine's file is invalid, 2 usage, 3 messages were lost (see the senders), "
+      "4 "
       "failed");
   command->callback([options, &exit_code] { exit_code = RunRecord(*options); });
 }

@@ -1,4 +1,4 @@
-#include "tools/axlecast/logs/record_options.h"
+#include "tools/axlecast/logs/record.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

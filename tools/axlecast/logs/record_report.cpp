@@ -1,8 +1,7 @@
-#include "tools/axlecast/logs/record_report.h"
+#include "tools/axlecast/logs/record.h"
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/base/text.h"
@@ -114,11 +113,6 @@ std::string RecordSummary(const RecordingStatus& status) {
             Count(channel.received, "recorded\n");
   }
   return text;
-}
-
-std::string RecordStartJson(const std::string& name, const RecordingStatus& status,
-                            const std::vector<std::string>& urls) {
-  return JsonLine({{"kind", "start"}, {"name", name}, {"file", status.disk.file}, {"urls", urls}});
 }
 
 std::string RecordEndJson(const std::string& name, const RecordingStatus& status) {

@@ -1,9 +1,9 @@
-#include "tools/axlecast/common/subcommands.h"
-#include "tools/axlecast/common/terminal.h"
-
+#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
@@ -11,11 +11,17 @@
 #include <string>
 #include <vector>
 
+#include "core/base/exchange_stats.h"
 #include "core/messages/json/field.h"
-#include "platform/os/mapped_file.h"
+#include "platform/net/lcm_port.h"
+#include "platform/os/process.h"
+#include "platform/os/system_clock.h"
+#include "platform/os/terminal.h"
 #include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/subcommands.h"
+#include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/axlecast/logs/replay_run.h"
+#include "tools/axlecast/logs/replay_console.h"
 
 namespace axlecast {
 namespace {
@@ -72,25 +78,155 @@ std::optional<LcmConfig> FindUrls(const ReplayOptions& options, int& exit_code) 
   return lcm;
 }
 
-// Returns true if no machine is live on this URL. Otherwise prints the error.
-bool IsFree(const std::string& url) {
-  const Result<std::string> channels = DetectLiveTraffic(url);
-  if (!channels) {
-    std::cerr << channels.error().text << '\n';
-  } else if (!channels->empty()) {
-    std::cerr
-        << "refused: a machine is live on " << url << ": " << *channels
-        << ".\nIts consumers cannot distinguish recorded messages from its own. Replay on another --url, stop the "
-           "machine, or add --allow-live --yes-allow-live.\n";
+// Listens for 1.2 s, because every driver publishes its state once a second. Returns the names of channels on which messages of
+// a running machine were received; an empty text if there was none. Messages of recorders do not count.
+Result<std::string> DetectLiveTraffic(const std::string& url) {
+  constexpr MonoNs kListen = 1'200 * kMillisecond;
+  constexpr int kSliceMs = 50;
+  LcmPort port(url, "");
+  LiveChannels channels;
+  const auto handler = [&channels](const std::string& channel, Bytes message) { channels.On(channel, message); };
+  if (!port.problem().empty()) return Failure(port.problem());
+  if (!port.Subscribe(".*", handler)) return Failure("cannot subscribe on " + url);
+  const SystemClock clock;
+  for (const MonoNs end = clock.Now() + kListen; clock.Now() < end;) {
+    if (!port.Handle(kSliceMs)) return Failure("the LCM port failed: " + url);
   }
-  return channels && channels->empty();
+  return channels.Text();
 }
 
-bool AreFree(const ReplayOptions& options, const LcmConfig& lcm) {
-  if (options.allow_live) return true;
-  if (options.replay.allow_commands && !IsFree(lcm.command_url)) return false;
-  return IsFree(lcm.url);
+// Returns an error if a machine is live on this URL.
+Result<> CheckFree(const std::string& url) {
+  const Result<std::string> channels = DetectLiveTraffic(url);
+  if (!channels) return Failure(channels.error());
+  if (channels->empty()) return {};
+  return Failure(
+      "refused: a machine is live on " + url + ": " + *channels +
+      ".\nIts consumers cannot distinguish recorded messages from its own. Replay on another --url, stop the "
+      "machine, or add --allow-live --yes-allow-live.");
 }
+
+Result<> CheckFree(const ReplayOptions& options, const LcmConfig& lcm) {
+  if (options.allow_live) return {};
+  const Result<> commands = options.replay.allow_commands ? CheckFree(lcm.command_url) : Result<>();
+  return commands ? CheckFree(lcm.url) : commands;
+}
+
+// On many machines, a timer is late by some tens of us: the remaining time is spun.
+constexpr MonoNs kSpin = 80 * kMicrosecond;
+constexpr int kMaxAtOnce = 256;  // messages between two checks of keys and signals
+constexpr double kFastest = 1'024;
+constexpr double kSlowest = 1.0 / 64;
+constexpr const char* kClearLine = "\r\x1b[K";
+
+// Publishes a replay on LCM until its end, or until the operator or a signal stops it. Keys of the terminal control it.
+class ReplayRun {
+ public:
+  // `logs`: the replayed files. `commands`: port for command and permit channels. `shows`: show the progress on standard error.
+  ReplayRun(Replay& replay, const LogFiles& logs, LcmPort& data, LcmPort& commands, bool shows)
+      : replay_(replay), logs_(logs), data_(data), commands_(commands), shows_(shows) {
+    // Sets no priority, only exact timers. If the kernel cannot do that, messages are sent a little later.
+    static_cast<void>(ApplyRealtime(0, -1, false));
+  }
+
+  [[nodiscard]] ReplayOutcome Run() {
+    const MonoNs begin = clock_.Now();
+    std::string loss;
+    while (!replay_.AtEnd() && !quit_ && !stop_.Requested() && loss.empty()) {
+      Show();
+      Wait();
+      for (const ReplayKey key : keys_.On(terminal_.Read())) OnKey(key);
+      loss = logs_.Loss();  // the content of further messages could be zeros
+      if (!quit_ && !stop_.Requested() && loss.empty()) PlayDue();
+    }
+    if (shows_) SteerTerminal(kClearLine);
+    const auto us = [](MonoNs duration) { return static_cast<double>(duration) / kMicrosecond; };
+    ReplayOutcome outcome{.stopped = !replay_.AtEnd(),
+                          .loss = logs_.Loss(),
+                          .unsent = data_.unsent() + commands_.unsent(),
+                          .seconds = static_cast<double>(clock_.Now() - begin) / kSecond,
+                          .late_max_us = us(late_.max())};
+    if (late_.count() > 0) {
+      outcome.late_p50_us = us(late_.Percentile(0.5));
+      outcome.late_p99_us = us(late_.Percentile(0.99));
+    }
+    return outcome;
+  }
+
+ private:
+  // Waits until a message is due, a key is pressed or a signal arrives.
+  void Wait() {
+    const MonoNs due = replay_.Due();
+    const MonoNs wake = due == kNever ? kNever : due - kSpin;
+    std::array<pollfd, 2> sources = {pollfd{stop_.FileDescriptor(), POLLIN, 0},
+                                     pollfd{terminal_.FileDescriptor(), POLLIN, 0}};
+    const int ready = PollUntil(sources, shows_ ? std::min(wake, next_show_) : wake, clock_);
+    if (ready == 0 && due != kNever && due - clock_.Now() <= kSpin) WaitUntil(due, clock_);
+  }
+
+  void PlayDue() {
+    for (int i = 0; i < kMaxAtOnce; ++i) {
+      const MonoNs now = clock_.Now();
+      if (replay_.Due() > now) return;
+      const std::optional<Replay::Message> message = replay_.Take(now);
+      if (!message) continue;
+      late_.Add(now - message->due);
+      (message->command ? commands_ : data_).Publish(*message->channel, message->data);
+    }
+  }
+
+  void OnKey(ReplayKey key) {
+    const MonoNs now = clock_.Now();
+    next_show_ = 0;
+    switch (key) {
+      case ReplayKey::kPause:
+        return replay_.paused() ? replay_.Resume(now) : replay_.Pause(now);
+      case ReplayKey::kStep:
+        return replay_.Step(now);
+      case ReplayKey::kBack1:
+        return SeekBy(-1);
+      case ReplayKey::kForward1:
+        return SeekBy(1);
+      case ReplayKey::kBack10:
+        return SeekBy(-10);
+      case ReplayKey::kForward10:
+        return SeekBy(10);
+      case ReplayKey::kFaster:
+        return replay_.SetSpeed(std::min(replay_.speed() * 2, kFastest), now);
+      case ReplayKey::kSlower:
+        return replay_.SetSpeed(replay_.speed() == 0 ? 1 : std::max(replay_.speed() / 2, kSlowest), now);
+      case ReplayKey::kQuit:
+        quit_ = true;
+        return;
+    }
+  }
+
+  void SeekBy(std::int64_t seconds) {
+    const MonoNs now = clock_.Now();
+    replay_.Seek(replay_.Utime(now) + seconds * 1'000'000, now);
+  }
+
+  void Show() {
+    const MonoNs now = clock_.Now();
+    if (!shows_ || now < next_show_) return;
+    SteerTerminal(kClearLine);
+    std::cerr << ReplayProgress(replay_, now) << std::flush;
+    next_show_ = now + kRedrawMs * kMillisecond;
+  }
+
+  Replay& replay_;
+  const LogFiles& logs_;
+  LcmPort& data_;
+  LcmPort& commands_;
+  bool shows_;
+  SystemClock clock_;
+  StopSignal stop_;
+  TerminalKeys terminal_;
+  ReplayKeys keys_;
+  ExchangeStats late_;
+  MonoNs next_show_ = 0;
+  bool quit_ = false;
+};
 
 // Returns the reason why no message was played.
 std::string NothingPlayed(const Replay& replay) {
@@ -120,9 +256,9 @@ int RunReplay(ReplayOptions options) {
   if (const Result<> opened = logs.Open(options.logs); !opened) return Fail(opened.error().text, kExitBad);
   if (const Result<> parsed = options.time.Parse(logs.bytes()); !parsed)
     return Fail(parsed.error().text, kExitUsage);
-  options.range.from = options.time.from();
-  options.range.until = options.time.until();
-  if (!AreFree(options, *lcm)) return kExitBad;
+  options.range.from = options.time.from;
+  options.range.until = options.time.until;
+  if (const Result<> free = CheckFree(options, *lcm); !free) return Fail(free.error().text, kExitBad);
 
   LcmPort data(lcm->url, "");
   LcmPort commands(options.replay.allow_commands ? lcm->command_url : lcm->url, "");

@@ -106,7 +106,7 @@ class MqttIntake {
   void ReportLosses(MonoNs now) {
     ReceptionCounts counts = data_.received();
     counts += command_.received();
-    const std::string line = reception_.Next(counts, now, data_.warning());
+    const std::string line = reception_.NextLine(counts, now, data_.warning());
     if (!line.empty()) std::cerr << line << '\n';
   }
 

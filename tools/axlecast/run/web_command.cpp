@@ -110,7 +110,7 @@ class LiveSource {
     model_.OnReception(counts);
     const MonoNs now = clock_.Now();
     model_.Tick(now);
-    if (const std::string lost = reception_.Next(counts, now, ports_.front().warning()); !lost.empty()) {
+    if (const std::string lost = reception_.NextLine(counts, now, ports_.front().warning()); !lost.empty()) {
       std::cerr << lost << '\n';
     }
   }
@@ -223,8 +223,8 @@ int Serve(const WebOptions& options, WebConfig web, const std::string& title, We
                     .port = web.port,
                     .certificate = web.certificate,
                     .key = web.key,
-                    .most_connections = max_connections,
-                    .most_per_address = max_connections / 2,
+                    .max_connections = max_connections,
+                    .max_per_address = max_connections / 2,
                     .headers = WebApp::SecurityHeaders()},
                    site);
   if (!server.problem().empty()) return Fail(server.problem(), kExitFailed);

@@ -20,7 +20,7 @@ void AddSerial(const BusConfig& bus, FindingGroup& group) {
     group.Add("adapter", "no USB adapter: a port of this host");
     return;
   }
-  const AdapterVerdict verdict = JudgeAdapter(*facts->usb, baud);
+  const AdapterVerdict verdict = CheckAdapter(*facts->usb, baud);
   group.Add("adapter",
             Text("%04x:%04x, release %04x", unsigned{facts->usb->vendor}, unsigned{facts->usb->product},
                  unsigned{facts->usb->release}),

@@ -1,4 +1,4 @@
-#include "tools/doctor/host/host_files.h"
+#include "tools/doctor/host/host.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,33 +1,17 @@
-#include "tools/axlecast/logs/replay_run.h"
-
-#include <poll.h>
+#include "tools/axlecast/logs/replay_console.h"
 
 #include <algorithm>
-#include <array>
-#include <iostream>
-#include <optional>
 #include <span>
 #include <utility>
 
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
 #include "core/messages/json/message_json.h"
-#include "platform/net/lcm_port.h"
-#include "platform/os/system_clock.h"
-#include "platform/os/terminal.h"
-#include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {
 namespace {
 
-constexpr MonoNs kListen = 1'200 * kMillisecond;
-constexpr int kSliceMs = 50;
 constexpr std::size_t kNamed = 6;
-
-bool IsOfMachine(Bytes message) {
-  std::string type;
-  return DecodeToJson(message, &type).has_value() && type != "recorder_health_t";
-}
 
 constexpr char kEscape = '\x1b';
 constexpr char kEndOfTransmission = '\x04';  // Ctrl-D
@@ -55,7 +39,7 @@ std::size_t SequenceSize(std::string_view bytes) {
 constexpr double kMicroseconds = 1e6;  // in a second
 constexpr int kBar = 20;               // columns
 
-std::string Speed(double speed) { return speed == 0 ? "fast" : Text("x%.4g", speed); }
+std::string SpeedText(double speed) { return speed == 0 ? "fast" : Text("x%.4g", speed); }
 
 std::string Bar(double share) {
   const int filled = std::clamp(static_cast<int>(share * kBar), 0, kBar);
@@ -65,18 +49,12 @@ std::string Bar(double share) {
   return '[' + bar + ']';
 }
 
-// On many machines, a timer is late by some tens of us: the remaining time is spun.
-constexpr MonoNs kSpin = 80 * kMicrosecond;
-constexpr int kMaxAtOnce = 256;  // messages between two checks of keys and signals
-constexpr double kFastest = 1'024;
-constexpr double kSlowest = 1.0 / 64;
-constexpr const char* kClearLine = "\r\x1b[K";
-
 }  // namespace
 
 void LiveChannels::On(const std::string& channel, Bytes message) {
   if (channels_.size() >= kMaxChannels || channels_.contains(channel)) return;
-  if (IsOfMachine(message)) channels_.insert(channel);
+  std::string type;
+  if (DecodeToJson(message, &type) && type != "recorder_health_t") channels_.insert(channel);
 }
 
 std::string LiveChannels::Text() const {
@@ -87,19 +65,6 @@ std::string LiveChannels::Text() const {
     text += (named > 1 ? ", " : "") + Printable(channel);
   }
   return text;
-}
-
-Result<std::string> DetectLiveTraffic(const std::string& url) {
-  LcmPort port(url, "");
-  LiveChannels channels;
-  const auto handler = [&channels](const std::string& channel, Bytes message) { channels.On(channel, message); };
-  if (!port.problem().empty()) return Failure(port.problem());
-  if (!port.Subscribe(".*", handler)) return Failure("cannot subscribe on " + url);
-  const SystemClock clock;
-  for (const MonoNs end = clock.Now() + kListen; clock.Now() < end;) {
-    if (!port.Handle(kSliceMs)) return Failure("the LCM port failed: " + url);
-  }
-  return channels.Text();
 }
 
 std::vector<ReplayKey> ReplayKeys::On(std::string_view bytes) {
@@ -125,7 +90,7 @@ std::string ReplayProgress(const Replay& replay, MonoNs now) {
   const double done = static_cast<double>(utime - range.begin_utime) / kMicroseconds;
   const double length = static_cast<double>(range.end_utime - range.begin_utime) / kMicroseconds;
   std::string line = Bar(length > 0 ? done / length : 1) + ' ' + Decimal(done, 1) + '/' + Decimal(length, 1) +
-                     " s  " + UtcText(utime) + "  " + Speed(replay.speed()) + "  " +
+                     " s  " + UtcText(utime) + "  " + SpeedText(replay.speed()) + "  " +
                      std::to_string(replay.counts().played);
   if (replay.paused()) line += "  paused";
   return line;
@@ -179,99 +144,6 @@ nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& out
           {"late_p50_us", outcome.late_p50_us},
           {"late_p99_us", outcome.late_p99_us},
           {"late_max_us", outcome.late_max_us}};
-}
-
-ReplayRun::ReplayRun(Replay& replay, const LogFiles& logs, LcmPort& data, LcmPort& commands, bool shows)
-    : replay_(replay), logs_(logs), data_(data), commands_(commands), shows_(shows) {
-  // Sets no priority, only exact timers. If the kernel cannot do that, messages are sent a little later.
-  static_cast<void>(ApplyRealtime(0, -1, false));
-}
-
-ReplayOutcome ReplayRun::Run() {
-  const MonoNs begin = clock_.Now();
-  std::string loss;
-  while (!replay_.AtEnd() && !quit_ && !stop_.Requested() && loss.empty()) {
-    Show();
-    Wait();
-    TakeKeys();
-    loss = logs_.Loss();  // the content of further messages could be zeros
-    if (!quit_ && !stop_.Requested() && loss.empty()) PlayDue();
-  }
-  if (shows_) SteerTerminal(kClearLine);
-  const auto us = [](MonoNs duration) { return static_cast<double>(duration) / kMicrosecond; };
-  ReplayOutcome outcome{.stopped = !replay_.AtEnd(),
-                        .loss = logs_.Loss(),
-                        .unsent = data_.unsent() + commands_.unsent(),
-                        .seconds = static_cast<double>(clock_.Now() - begin) / kSecond,
-                        .late_max_us = us(late_.max())};
-  if (late_.count() > 0) {
-    outcome.late_p50_us = us(late_.Percentile(0.5));
-    outcome.late_p99_us = us(late_.Percentile(0.99));
-  }
-  return outcome;
-}
-
-void ReplayRun::Wait() {
-  const MonoNs due = replay_.Due();
-  const MonoNs wake = due == kNever ? kNever : due - kSpin;
-  std::array<pollfd, 2> sources = {pollfd{stop_.FileDescriptor(), POLLIN, 0},
-                                   pollfd{terminal_.FileDescriptor(), POLLIN, 0}};
-  const int ready = PollUntil(sources, shows_ ? std::min(wake, next_show_) : wake, clock_);
-  if (ready == 0 && due != kNever && due - clock_.Now() <= kSpin) WaitUntil(due, clock_);
-}
-
-void ReplayRun::PlayDue() {
-  for (int i = 0; i < kMaxAtOnce; ++i) {
-    const MonoNs now = clock_.Now();
-    if (replay_.Due() > now) return;
-    const std::optional<Replay::Message> message = replay_.Take(now);
-    if (!message) continue;
-    late_.Add(now - message->due);
-    (message->command ? commands_ : data_).Publish(*message->channel, message->data);
-  }
-}
-
-void ReplayRun::TakeKeys() {
-  for (const ReplayKey key : keys_.On(terminal_.Read())) OnKey(key);
-}
-
-void ReplayRun::OnKey(ReplayKey key) {
-  const MonoNs now = clock_.Now();
-  next_show_ = 0;
-  switch (key) {
-    case ReplayKey::kPause:
-      return replay_.paused() ? replay_.Resume(now) : replay_.Pause(now);
-    case ReplayKey::kStep:
-      return replay_.Step(now);
-    case ReplayKey::kBack1:
-      return SeekBy(-1);
-    case ReplayKey::kForward1:
-      return SeekBy(1);
-    case ReplayKey::kBack10:
-      return SeekBy(-10);
-    case ReplayKey::kForward10:
-      return SeekBy(10);
-    case ReplayKey::kFaster:
-      return replay_.SetSpeed(std::min(replay_.speed() * 2, kFastest), now);
-    case ReplayKey::kSlower:
-      return replay_.SetSpeed(replay_.speed() == 0 ? 1 : std::max(replay_.speed() / 2, kSlowest), now);
-    case ReplayKey::kQuit:
-      quit_ = true;
-      return;
-  }
-}
-
-void ReplayRun::SeekBy(std::int64_t seconds) {
-  const MonoNs now = clock_.Now();
-  replay_.Seek(replay_.Utime(now) + seconds * 1'000'000, now);
-}
-
-void ReplayRun::Show() {
-  const MonoNs now = clock_.Now();
-  if (!shows_ || now < next_show_) return;
-  SteerTerminal(kClearLine);
-  std::cerr << ReplayProgress(replay_, now) << std::flush;
-  next_show_ = now + kRedrawMs * kMillisecond;
 }
 
 }  // namespace axlecast

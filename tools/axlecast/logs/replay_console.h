@@ -2,20 +2,13 @@
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/base/exchange_stats.h"
 #include "core/base/inline_bytes.h"
-#include "core/base/result.h"
-#include "platform/net/lcm_port.h"
-#include "platform/os/process.h"
-#include "platform/os/system_clock.h"
-#include "platform/os/terminal.h"
-#include "tools/axlecast/logs/log_input.h"
+#include "core/base/time.h"
 #include "tools/replay/replay.h"
 
 namespace axlecast {
@@ -28,16 +21,12 @@ class LiveChannels {
   void On(const std::string& channel, Bytes message);
 
   [[nodiscard]] std::size_t size() const { return channels_.size(); }
-  // Returns the first few names and the number of further ones; an empty text if there is none.
+  // Returns the first few names and the number of further ones, or an empty text.
   [[nodiscard]] std::string Text() const;
 
  private:
   std::set<std::string> channels_;
 };
-
-// Listens for 1.2 s, because every driver publishes its state once a second. Returns the names of channels on which messages of
-// a running machine were received; an empty text if there was none. Messages of recorders do not count.
-[[nodiscard]] Result<std::string> DetectLiveTraffic(const std::string& url);
 
 // The function of a key during a replay.
 enum class ReplayKey {
@@ -81,36 +70,5 @@ struct ReplayOutcome {
 
 [[nodiscard]] std::string ReplaySummary(const Replay& replay, const ReplayOutcome& outcome);
 [[nodiscard]] nlohmann::ordered_json ReplayJson(const Replay& replay, const ReplayOutcome& outcome);
-
-// Publishes a replay on LCM until its end, or until the operator or a signal stops it. Keys of the terminal control it.
-class ReplayRun {
- public:
-  // `logs`: the replayed files. `commands`: port for command and permit channels. `shows`: show the progress on standard error.
-  ReplayRun(Replay& replay, const LogFiles& logs, LcmPort& data, LcmPort& commands, bool shows);
-
-  [[nodiscard]] ReplayOutcome Run();
-
- private:
-  // Waits until a message is due, a key is pressed or a signal arrives.
-  void Wait();
-  void PlayDue();
-  void TakeKeys();
-  void OnKey(ReplayKey key);
-  void SeekBy(std::int64_t seconds);
-  void Show();
-
-  Replay& replay_;
-  const LogFiles& logs_;
-  LcmPort& data_;
-  LcmPort& commands_;
-  bool shows_;
-  SystemClock clock_;
-  StopSignal stop_;
-  TerminalKeys terminal_;
-  ReplayKeys keys_;
-  ExchangeStats late_;
-  MonoNs next_show_ = 0;
-  bool quit_ = false;
-};
 
 }  // namespace axlecast

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <sys/types.h>
-
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -73,5 +72,33 @@ class HostFiles {
 
 // Appends the line to a text file, unless the file contains it. Creates the file and its folder if they are missing.
 [[nodiscard]] Result<> AppendLine(const std::string& path, const std::string& line);
+
+// How this host would send to a multicast group. Nothing is sent.
+struct MulticastRoute {
+  int error = 0;          // errno if the kernel has no route: ENETUNREACH
+  std::string interface;  // the outgoing interface; empty if unknown
+};
+[[nodiscard]] MulticastRoute FindMulticastRoute(const std::string& group);
+
+struct LoopbackState {
+  bool known = false;
+  bool up = false;
+  bool multicast = false;
+};
+[[nodiscard]] LoopbackState ReadLoopback();
+
+// The limits of this process for ApplyRealtime (platform/os/process.h).
+struct RealtimeLimits {
+  std::int64_t priority = 0;      // maximum SCHED_FIFO priority (RLIMIT_RTPRIO); 99 for root
+  std::int64_t locked_bytes = 0;  // of memory (RLIMIT_MEMLOCK); -1: unlimited
+};
+[[nodiscard]] RealtimeLimits ReadRealtimeLimits();
+
+// Whether a service synchronises UNIX time (adjtimex(2)).
+struct ClockSync {
+  bool known = false;
+  bool synchronised = false;
+};
+[[nodiscard]] ClockSync ReadClockSync();
 
 }  // namespace axlecast

@@ -14,6 +14,56 @@
 
 namespace axlecast {
 
+// Checks a log by its events: their numbers and times, the sequence numbers of axlecast's messages, and the seals. Does no I/O.
+class LogCheck {
+ public:
+  struct BadSeal {
+    std::size_t offset = 0;  // of the seal's event
+    LogSeal sealed;          // the content of the seal
+    LogSeal found;           // calculated from the records before it
+  };
+  struct Report {
+    std::int64_t events = 0;
+    std::int64_t seals = 0;
+    std::int64_t unsealed = 0;  // events after the last seal
+    std::int64_t bad_seals = 0;
+    std::vector<BadSeal> first_bad_seals;
+    std::int64_t missing = 0;        // events, by gaps in their numbers
+    std::int64_t wrong_numbers = 0;  // single numbers that fit neither neighbour
+    std::int64_t restarts = 0;       // of the numbers
+    std::int64_t backward = 0;       // events that are earlier than their predecessor
+    std::int64_t max_backward_us = 0;
+    // The messages of each channel: the lost ones were lost before they were recorded.
+    std::map<std::string, SequenceCount, std::less<>> sequences;
+
+    [[nodiscard]] std::int64_t Lost() const;
+    // Returns true if nothing is missing or contradictory.
+    [[nodiscard]] bool IsSound() const { return bad_seals + missing + wrong_numbers + Lost() == 0; }
+  };
+
+  // `offset`: of the event in the log. `record`: its bytes.
+  void Add(const LogEvent& event, std::size_t offset, Bytes record);
+
+  // Returns the result. Call it after the last event.
+  [[nodiscard]] const Report& Finish();
+
+ private:
+  void CheckNumber(std::int64_t number);
+  void ResolveDoubt(std::optional<std::int64_t> next);
+  void CheckSeal(const LogEvent& event, std::size_t offset);
+
+  Report report_;
+  std::optional<std::int64_t> number_;    // the last accepted number
+  std::optional<std::int64_t> doubtful_;  // the number after it, if it did not follow: the next number decides
+  std::int64_t utime_ = INT64_MIN;
+  SealCount open_;
+};
+
+[[nodiscard]] std::string CheckText(const std::string& file, const LogCheck::Report& report,
+                                    const std::vector<LogReader::Damage>& damage);
+[[nodiscard]] nlohmann::ordered_json CheckJson(const std::string& file, const LogCheck::Report& report,
+                                               const std::vector<LogReader::Damage>& damage);
+
 // The content of a log. All times are in us, UNIX time.
 struct LogSummary {
   struct Channel {
@@ -39,9 +89,6 @@ struct LogSummary {
   void Add(const LogEvent& event);
   [[nodiscard]] std::int64_t Lost() const;  // messages of axlecast's types, by their numbers
   [[nodiscard]] std::optional<std::string> Header(std::string_view channel) const;
-
- private:
-  void AddMessage(const LogEvent& event, Channel& channel);
 };
 
 // Returns a few lines and a table of the channels.

@@ -1,4 +1,4 @@
-#include "tools/axlecast/logs/replay_run.h"
+#include "tools/axlecast/logs/replay_console.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ TEST(LiveChannels, AreThoseOfAMachinesMessages) {
   channels.On("RECORDER/main", Encoded(recorder_health_t{}));
   const std::vector<std::uint8_t> foreign(100, 'x');
   channels.On("OTHER", foreign);
-  EXPECT_EQ(channels.Text(), "") << "a recorder alone is no machine, and neither is what is none of ours";
+  EXPECT_EQ(channels.Text(), "") << "messages of a recorder and of other programs do not count";
   for (int i = 0; i < 3; ++i) channels.On("POSITION/axis1", Encoded(PositionMessage(i)));
   channels.On("BUS/b0", Encoded(BusMessage(0)));
   EXPECT_EQ(channels.Text(), "BUS/b0, POSITION/axis1");

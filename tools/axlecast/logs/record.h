@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <axlecast/recorder_health_t.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -45,5 +46,17 @@ struct RecordPlan {
 };
 [[nodiscard]] Result<RecordPlan> MakeRecordPlan(const RecordOptions& options,
                                                 const std::optional<MachineConfig>& machine);
+
+// Returns the state of a recording in one line: rate, size, losses, free space and the time until the disk is full.
+[[nodiscard]] std::string RecordStatusLine(const recorder_health_t& health);
+
+// Returns the result of a recording as several lines.
+[[nodiscard]] std::string RecordSummary(const RecordingStatus& status);
+
+// Returns the JSON object of the end (docs/record.md), without a newline.
+[[nodiscard]] std::string RecordEndJson(const std::string& name, const RecordingStatus& status);
+
+// Returns the exit code (terminal.h) of a recording that has ended.
+[[nodiscard]] int RecordExitCode(const RecordingStatus& status);
 
 }  // namespace axlecast
