@@ -1,6 +1,7 @@
 #include "drivers/saa_serial/codec.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace axlecast::saa_serial {
@@ -66,16 +67,10 @@ std::size_t LengthOfReply(Bytes so_far) {
 }
 
 ErrorKind KindOf(ReplyError error) {
-  switch (error) {
-    case ReplyError::kShort:
-      return ErrorKind::kShort;
-    case ReplyError::kHeader:
-      return ErrorKind::kWrongEcho;
-    case ReplyError::kRange:
-      return ErrorKind::kRange;
-    default:
-      return ErrorKind::kChecksum;
-  }
+  using K = ErrorKind;
+  constexpr std::array kKinds = {K::kChecksum, K::kShort,     K::kChecksum, K::kChecksum,
+                                 K::kChecksum, K::kWrongEcho, K::kRange};
+  return kKinds.at(static_cast<std::size_t>(error));
 }
 
 // A frame with one or two inverted bits in its header, or without one byte of it, is still this encoder's: it sends no
