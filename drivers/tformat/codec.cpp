@@ -223,22 +223,10 @@ std::size_t LengthOfReply(Bytes so_far) {
 }
 
 ReplyLength LengthRule(DataId id) {
-  switch (id) {
-    case DataId::kSingleTurn:
-      return &LengthOfReply<DataId::kSingleTurn>;
-    case DataId::kMultiTurn:
-      return &LengthOfReply<DataId::kMultiTurn>;
-    case DataId::kEncoderId:
-      return &LengthOfReply<DataId::kEncoderId>;
-    case DataId::kEepromWrite:
-      return &LengthOfReply<DataId::kEepromWrite>;
-    case DataId::kEepromRead:
-      return &LengthOfReply<DataId::kEepromRead>;
-    case DataId::kAll:
-      return &FixedLength<kLongestReply>;
-    default:
-      return &LengthOfReply<DataId::kZeroSingleTurn>;  // all resets answer alike
-  }
+  if (id == DataId::kAll) return &FixedLength<kLongestReply>;
+  if (IsEeprom(id)) return &LengthOfReply<DataId::kEepromRead>;
+  if (id == DataId::kEncoderId) return &LengthOfReply<DataId::kEncoderId>;
+  return &LengthOfReply<DataId::kSingleTurn>;  // all resets and the turns are answered alike
 }
 
 // The model's always-zero bits are not looked at: what a reply answers does not depend on them.
