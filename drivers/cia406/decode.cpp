@@ -8,6 +8,7 @@
 #include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
+#include "drivers/cia406/settings.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/protocol/canopen/canopen.h"
 
