@@ -1,4 +1,4 @@
-#include "bridge/store/journal_guard.h"
+#include "bridge/store/sqlite_store.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

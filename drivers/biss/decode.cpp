@@ -4,8 +4,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <string>
-#include <string_view>
 
 #include "core/device/operation.h"
 #include "drivers/biss/codec.h"

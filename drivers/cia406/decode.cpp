@@ -10,6 +10,7 @@
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/settings.h"
 #include "drivers/kit/arguments.h"
+#include "drivers/kit/decode.h"
 #include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
@@ -29,31 +30,16 @@ struct Options {
 
 Result<Options> ReadOptions(const DecodeSettings& settings) {
   Options options;
-  for (const auto& [key, value] : settings) {
-    const auto expected = [&key = key, &value = value](const char* what) {
-      return Failure(key + "=" + value + ": expected " + what);
-    };
-    const std::optional<std::int64_t> number = ParseWhole(value, 0, 0x7FF);
-    if (key == "bits") {
-      if (!number || *number < 8 || *number > 28) return expected("8..28");
-      options.bits = static_cast<int>(*number);
-    } else if (key == "turn_bits") {
-      if (!number || *number > 16) return expected("0..16");
-      options.turn_bits = static_cast<int>(*number);
-    } else if (key == "cob_id") {
-      if (!number) return expected("TPDO1's identifier, 0x181..0x57f");
-      options.cob_id = static_cast<std::uint32_t>(*number);
-    } else if (key == "node") {
-      if (!number || *number < kMinNode || *number > kMaxNode) return expected("1..127");
-      options.node = static_cast<std::uint32_t>(*number);
-    } else if (key != "model") {
-      return Failure("unknown key '" + key + "': model cia406 accepts bits, turn_bits, cob_id and node");
-    }
-  }
+  const std::array<DecodeOption, 5> known = {
+      {NumberOption("bits", options.bits, 8, 28),
+       NumberOption("turn_bits", options.turn_bits, 0, 16),
+       NumberOption("cob_id", options.cob_id, 0, 0x7FF, "TPDO1's identifier, 0x181..0x57f"),
+       NumberOption("node", options.node, kMinNode, kMaxNode),
+       {"model", "cia406", [](const std::string&) { return true; }}}};
+  if (const Result<> applied = ApplySettings("saa_can", settings, known); !applied) return Failure(applied.error());
   return options;
 }
 
-Json Bad(const char* kind, const char* error) { return {{"ok", false}, {"kind", kind}, {"error", error}}; }
 Json Good(const char* kind) { return {{"ok", true}, {"kind", kind}}; }
 
 std::string Hex(std::uint32_t value, int digits) { return Text("0x%0*x", digits, value); }
@@ -70,11 +56,11 @@ constexpr std::array<std::pair<NmtCommand, const char*>, 5> kCommands = {
      {NmtCommand::kResetCommunication, "reset_communication"}}};
 
 Json DescribeNmt(Bytes data) {
-  if (data.size() != 2) return Bad("nmt", data.size() < 2 ? "short" : "long");
+  if (data.size() != 2) return BadFrame("nmt", data.size() < 2 ? "short" : "long");
   const auto* const command = std::find_if(kCommands.begin(), kCommands.end(), [&](const auto& known) {
     return known.first == static_cast<NmtCommand>(data[0]);
   });
-  if (command == kCommands.end() || data[1] > kMaxNode) return Bad("nmt", "range");
+  if (command == kCommands.end() || data[1] > kMaxNode) return BadFrame("nmt", "range");
   Json json = Good("nmt");
   json["command"] = command->second;
   json["node"] = data[1];
@@ -82,10 +68,10 @@ Json DescribeNmt(Bytes data) {
 }
 
 Json DescribePosition(Bytes data, const Options& options) {
-  if (data.size() < kPositionSize) return Bad("position", "short");
+  if (data.size() < kPositionSize) return BadFrame("position", "short");
   const std::uint32_t position = LittleEndian(data, 0, kPositionSize);
   const int total = options.bits + options.turn_bits;
-  if (options.bits != 0 && std::uint64_t{position} >> total != 0) return Bad("position", "range");
+  if (options.bits != 0 && std::uint64_t{position} >> total != 0) return BadFrame("position", "range");
   Json json = Good("position");
   json["position"] = position;
   if (options.bits != 0) {
@@ -100,7 +86,7 @@ Json DescribePosition(Bytes data, const Options& options) {
 
 Json DescribeEmergency(Bytes data) {
   const std::optional<Emergency> emergency = ParseEmergency(data);
-  if (!emergency) return Bad("emergency", data.size() < 8 ? "short" : "long");
+  if (!emergency) return BadFrame("emergency", data.size() < 8 ? "short" : "long");
   Json json = Good("emergency");
   json["code"] = Hex(emergency->code, 4);
   json["class"] = EmergencyClass(emergency->code);
@@ -111,7 +97,7 @@ Json DescribeEmergency(Bytes data) {
 
 Json DescribeHeartbeat(Bytes data) {
   const std::optional<NmtState> state = ParseHeartbeat(data);
-  if (!state) return Bad("heartbeat", data.empty() ? "short" : data.size() > 1 ? "long" : "range");
+  if (!state) return BadFrame("heartbeat", data.empty() ? "short" : data.size() > 1 ? "long" : "range");
   if (*state == NmtState::kBootUp) return Good("boot_up");
   Json json = Good("heartbeat");
   json["state"] = NmtStateName(*state);
@@ -119,7 +105,7 @@ Json DescribeHeartbeat(Bytes data) {
 }
 
 Json DescribeRequest(Bytes data) {
-  if (data.size() != 8) return Bad("sdo_request", data.size() < 8 ? "short" : "long");
+  if (data.size() != 8) return BadFrame("sdo_request", data.size() < 8 ? "short" : "long");
   // An abort has the same form from either side.
   const SdoAnswer other = ParseAnswer(data);
   if (other.kind == SdoAnswer::Kind::kAborted) {
@@ -129,7 +115,7 @@ Json DescribeRequest(Bytes data) {
     return json;
   }
   const std::optional<SdoRequest> request = ParseRequest(data);
-  if (!request) return Bad("sdo_request", "function");
+  if (!request) return BadFrame("sdo_request", "function");
   Json json = OfObject(request->write ? "sdo_write_request" : "sdo_read_request", request->object);
   if (request->write) json["value"] = *request->write;
   return json;
@@ -140,7 +126,7 @@ Json DescribeAnswer(Bytes data) {
   Json json = OfObject("sdo_read_answer", answer.object);
   switch (answer.kind) {
     case SdoAnswer::Kind::kMalformed:
-      return Bad("sdo_answer", data.size() < 8 ? "short" : "function");
+      return BadFrame("sdo_answer", data.size() < 8 ? "short" : "function");
     case SdoAnswer::Kind::kAborted:
       return DescribeRequest(data);
     case SdoAnswer::Kind::kWritten:
@@ -159,20 +145,20 @@ Json DescribeAnswer(Bytes data) {
 
 Json Describe(const CanFrame& frame, const Options& options) {
   const Bytes data = frame.data;
-  if ((frame.id & (kCanExtended | kCanRemote | kCanError)) != 0) return Bad("unknown", "function");
+  if ((frame.id & (kCanExtended | kCanRemote | kCanError)) != 0) return BadFrame("unknown", "function");
   const std::uint32_t id = frame.id & kCanStandardMask;
   if (id == options.cob_id) return DescribePosition(data, options);
   if (id == kNmtId) return DescribeNmt(data);
-  if (id == kSyncId) return data.size() > 1 ? Bad("sync", "long") : Good("sync");
+  if (id == kSyncId) return data.size() > 1 ? BadFrame("sync", "long") : Good("sync");
   const std::uint32_t function = id & kFunctionMask;
   const std::uint32_t node = id & kNodeMask;
-  if (node == 0 || (options.node && node != *options.node)) return Bad("unknown", "wrong_identity");
+  if (node == 0 || (options.node && node != *options.node)) return BadFrame("unknown", "wrong_identity");
   if (function == kEmergencyId) return DescribeEmergency(data);
   if (function == kTpdo1Id && !options.cob_id) return DescribePosition(data, options);
   if (function == kSdoAnswerId) return DescribeAnswer(data);
   if (function == kSdoRequestId) return DescribeRequest(data);
   if (function == kHeartbeatId) return DescribeHeartbeat(data);
-  return Bad("unknown", "function");
+  return BadFrame("unknown", "function");
 }
 
 }  // namespace

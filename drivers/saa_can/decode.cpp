@@ -3,13 +3,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "core/base/result.h"
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
-#include "drivers/kit/arguments.h"
+#include "drivers/kit/decode.h"
 #include "drivers/saa_can/codec.h"
 #include "drivers/saa_can/family.h"
 
@@ -26,31 +25,20 @@ struct Options {
   Taken taken = Taken::kEither;  // how to read a frame that may be a position or a reply
 };
 
-Result<> ReadOption(const std::string& key, const std::string& value, Options& options) {
-  const auto expected = [&](const char* what) { return Failure(key + "=" + value + ": expected " + what); };
-  if (key == "bits") {
-    options.format.bits = static_cast<int>(ParseWhole(value, kMinBits, kMaxBits).value_or(0));
-    if (options.format.bits == 0) return expected("10..26, the encoder's resolution");
-  } else if (key == "node") {
-    const std::optional<std::int64_t> node = ParseWhole(value, kMinNode, kMaxNode);
-    if (!node) return expected("NN, 1..255 or 0x01..0xff");
-    options.node = static_cast<std::uint8_t>(*node);
-  } else if (key == "byte_order") {
-    options.format.big_endian = value == "big";
-    if (value != "big" && value != "little") return expected("little or big");
-  } else if (key == "data") {
-    options.taken = value == "position" ? Taken::kPosition : Taken::kReply;
-    if (value != "position" && value != "reply") return expected("position or reply");
-  } else if (key != "model") {
-    return Failure("unknown key '" + key + "': saa_can accepts bits, node, byte_order, data and model");
-  } else if (value != "saa") {
-    return expected("saa or cia406");
-  }
-  return {};
-}
-
-Json Bad(std::string_view kind, std::string_view error) {
-  return {{"ok", false}, {"kind", kind}, {"error", error}};
+Result<Options> ReadOptions(const DecodeSettings& settings) {
+  Options options;
+  const std::array<DecodeOption, 5> known = {
+      {NumberOption("bits", options.format.bits, kMinBits, kMaxBits, "the encoder's resolution"),
+       NumberOption("node", options.node, kMinNode, kMaxNode, "NN, or 0x01..0xff"),
+       ChoiceOption("byte_order", options.format.big_endian, {"little", "big"}),
+       {"data", "position or reply",
+        [&options](const std::string& value) {
+          options.taken = value == "position" ? Taken::kPosition : Taken::kReply;
+          return value == "position" || value == "reply";
+        }},
+       {"model", "saa or cia406", [](const std::string& value) { return value == "saa"; }}}};
+  if (const Result<> applied = ApplySettings("saa_can", settings, known); !applied) return Failure(applied.error());
+  return options;
 }
 
 // The names of the commands: "NAME_request", "NAME_reply".
@@ -66,11 +54,11 @@ std::string NameOf(Command command) {
 }
 
 Json DescribeRequest(std::uint8_t node, Bytes data) {
-  if (data.size() < 2) return Bad("request", "short");
+  if (data.size() < 2) return BadFrame("request", "short");
   const std::optional<Request> request = ParseRequest(data);
-  if (!request) return Bad("request", "function");
+  if (!request) return BadFrame("request", "function");
   const std::string kind = NameOf(request->command) + "_request";
-  if (request->node != node) return Bad(kind, "wrong_identity");
+  if (request->node != node) return BadFrame(kind, "wrong_identity");
   Json json = {{"ok", true}, {"kind", kind}, {"node", node}};
   if (request->command == Command::kPeriod) json["per_second"] = request->parameter;
   if (request->command == Command::kDirection) json["parameter"] = Text("0x%02x", unsigned{request->parameter});
@@ -88,7 +76,7 @@ Json DescribeData(std::uint8_t node, Bytes data, const Options& options) {
   }
   const Position position = ParsePosition(data, format);
   if (position.error != PositionError::kNone) {
-    return Bad("position", position.error == PositionError::kShort ? "short" : "range");
+    return BadFrame("position", position.error == PositionError::kShort ? "short" : "range");
   }
   return {{"ok", true},
           {"kind", "position"},
@@ -99,12 +87,12 @@ Json DescribeData(std::uint8_t node, Bytes data, const Options& options) {
 
 // A reply has no more than its code and 00, and on 7E5 so has the request for 1 Mbit/s.
 Json DescribeService(std::uint32_t id, Bytes data) {
-  if (data.size() < 2) return Bad("service", "short");
+  if (data.size() < 2) return BadFrame("service", "short");
   const bool reply_only = id == kConfigureReplyId;
   const std::uint8_t third = data.size() > 2 ? data[2] : std::uint8_t{0};
   switch (static_cast<Service>(data[0])) {
     case Service::kMode:
-      if (reply_only || data[1] > 1) return Bad("service", "range");
+      if (reply_only || data[1] > 1) return BadFrame("service", "range");
       return {{"ok", true}, {"kind", data[1] == 1 ? "enter_configuration_request" : "leave_configuration_request"}};
     case Service::kNode:
       if (reply_only || data[1] == 0) {
@@ -114,24 +102,24 @@ Json DescribeService(std::uint32_t id, Bytes data) {
     case Service::kBitrate:
       break;
     default:
-      return Bad("service", "function");
+      return BadFrame("service", "function");
   }
   if (reply_only || data[1] != 0) return {{"ok", true}, {"kind", "set_bitrate_reply"}, {"result", data[1]}};
   const std::optional<std::int64_t> bitrate = BitrateOf(third);
-  if (!bitrate) return Bad("set_bitrate_request", "range");
+  if (!bitrate) return BadFrame("set_bitrate_request", "range");
   return {{"ok", true},
           {"kind", third == 0 ? "set_bitrate_request_or_reply" : "set_bitrate_request"},
           {"bitrate", *bitrate}};
 }
 
 Json Describe(const CanFrame& frame, const Options& options) {
-  if ((frame.id & ~kCanStandardMask) != 0) return Bad("unknown", "header");
+  if ((frame.id & ~kCanStandardMask) != 0) return BadFrame("unknown", "header");
   if (frame.id == kConfigureId || frame.id == kConfigureReplyId) return DescribeService(frame.id, frame.data);
   const std::uint32_t base = frame.id & ~kNodeMask;
   const auto node = static_cast<std::uint8_t>(frame.id & kNodeMask);
-  if ((base != kDataBase && base != kCommandBase) || node < kMinNode) return Bad("unknown", "header");
+  if ((base != kDataBase && base != kCommandBase) || node < kMinNode) return BadFrame("unknown", "header");
   const char* kind = base == kDataBase ? "position" : "request";
-  if (options.node && options.node != node) return Bad(kind, "wrong_identity");
+  if (options.node && options.node != node) return BadFrame(kind, "wrong_identity");
   return base == kDataBase ? DescribeData(node, frame.data, options) : DescribeRequest(node, frame.data);
 }
 
@@ -146,13 +134,11 @@ Result<Json> Decode(const DecodeSettings& settings, Bytes packet) {
     Result<Json> json = cia406::Decode(settings, frame.value_or(CanFrame{}));
     if (frame || !json) return json;
   } else {
-    Options options;
-    for (const auto& [key, value] : settings) {
-      if (const Result<> read = ReadOption(key, value, options); !read) return Failure(read.error());
-    }
-    if (frame) return Describe(*frame, options);
+    const Result<Options> options = ReadOptions(settings);
+    if (!options) return Failure(options.error());
+    if (frame) return Describe(*frame, *options);
   }
-  return Bad("unknown", packet.size() < 4 ? "short" : "long");
+  return BadFrame("unknown", packet.size() < 4 ? "short" : "long");
 }
 
 }  // namespace axlecast::saa_can

@@ -7,7 +7,7 @@
 
 #include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"
-#include "drivers/ssi/simulated_output.h"
+#include "drivers/ssi/simulator.h"
 
 namespace axlecast::ssi {
 namespace {

@@ -4,7 +4,6 @@
 #include <axlecast/command_status_t.hpp>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "core/device/operation.h"

@@ -9,21 +9,14 @@
 #include "core/device/simulator.h"
 #include "drivers/ssi/codec.h"
 
-// The functions of ssi that the runtime reaches through Family and FamilyProbes.
+// The functions of Family (core/device/family.h) and what the tests need. README.md describes settings and keys.
 namespace axlecast::ssi {
 
-// For Family::make_device.
 [[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
                                                  DeviceOutput& output);
-
 // Returns the fault of the line if consecutive transfers fail in the same way; null if they do not indicate one.
 [[nodiscard]] const AlarmSpec* LineAlarm(WordError error);
-
-// For Family::decode; docs/decode.md describes settings and object.
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
-
-// For Family::make_simulator: the encoder of the bus from its `simulate` mapping (README.md, "Simulation"). Null when
-// a key is wrong: the errors are in the map's list.
 [[nodiscard]] std::unique_ptr<Simulator> MakeSsiSimulator(const BusConfig& bus, ConfigMap& simulate);
 
 }  // namespace axlecast::ssi

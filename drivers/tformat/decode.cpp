@@ -5,11 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "drivers/kit/decode.h"
-#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/settings.h"
 

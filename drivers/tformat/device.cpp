@@ -11,7 +11,6 @@
 #include "core/config/machine_config.h"
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/family.h"
 #include "drivers/tformat/operations.h"

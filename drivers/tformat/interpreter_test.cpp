@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/tformat/alarms.h"
+#include "drivers/tformat/codec.h"
 #include "drivers/tformat/device_test_support.h"
 
 namespace axlecast::tformat {

@@ -6,7 +6,6 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/command_runner.h"
-#include "drivers/tformat/alarms.h"
 #include "drivers/tformat/codec.h"
 #include "drivers/tformat/operations.h"
 #include "drivers/tformat/settings.h"

@@ -1,4 +1,4 @@
-#include "drivers/tformat/simulator_request.h"
+#include "drivers/tformat/encoder_model.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
+#include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/tformat/family.h"
-#include "drivers/tformat/simulator.h"
 
 namespace axlecast::tformat {
 
@@ -140,19 +140,26 @@ struct Delivery {
 // A simulator and its line in virtual time.
 class DeviceFixture {
  public:
-  explicit DeviceFixture(const std::string& pace, bool echo = false)
-      : simulator_("axis1", SimulatedAxis(EncoderModel(EncoderModel::Settings(), 7 * kShaftTurn + kShaftTurn / 4)),
-                   Script({{"pace", pace}}, {}, kNever), TFormatSimulator::Line{echo, 4 * kMicrosecond, 1}) {}
+  explicit DeviceFixture(const std::string& pace, bool echo = false) {
+    BusConfig bus;
+    bus.link.echo = echo;
+    bus.devices.emplace_back();
+    bus.devices.front().name = "axis1";
+    ConfigErrors errors("machine.yaml");
+    ConfigMap map(YAML::Load("axis1: {start_turns: 7, start_deg: 90, pace: " + pace + "}"), "simulate", errors);
+    simulator_ = MakeTFormatSimulator(bus, map);
+    EXPECT_TRUE(simulator_) << errors.Text();
+  }
 
   void Send(const ByteList& bytes) {
-    simulator_.OnBytes(bytes, now_, [this](Bytes out) { Store(out); });
+    simulator_->OnBytes(bytes, now_, [this](Bytes out) { Store(out); });
   }
   // Lets time pass; everything happens at its instant.
   void Pass(MonoNs time) {
     const MonoNs until = now_ + time;
-    while (simulator_.NextDue() <= until) {
-      now_ = std::max(now_, simulator_.NextDue());
-      simulator_.OnDue(now_, [this](Bytes out) { Store(out); });
+    while (simulator_->NextDue() <= until) {
+      now_ = std::max(now_, simulator_->NextDue());
+      simulator_->OnDue(now_, [this](Bytes out) { Store(out); });
     }
     now_ = until;
   }
@@ -164,23 +171,23 @@ class DeviceFixture {
     return deliveries_.size() == 1 ? deliveries_[0].bytes : ByteList();
   }
   void Set(const std::string& key, const std::string& value) {
-    EXPECT_EQ(ErrorText(simulator_.Set("axis1", key, value, now_)), "");
+    EXPECT_EQ(ErrorText(simulator_->Set("axis1", key, value, now_)), "");
   }
   std::string Value(const std::string& key) {
-    for (const auto& [name, value] : simulator_.State("axis1", now_)) {
+    for (const auto& [name, value] : simulator_->State("axis1", now_)) {
       if (name == key) return value;
     }
     return "absent";
   }
 
-  TFormatSimulator& simulator() { return simulator_; }
+  Simulator& simulator() { return *simulator_; }
   std::vector<Delivery>& deliveries() { return deliveries_; }
   [[nodiscard]] MonoNs now() const { return now_; }
 
  private:
   void Store(Bytes bytes) { deliveries_.push_back({now_, ByteList(bytes.begin(), bytes.end())}); }
 
-  TFormatSimulator simulator_;
+  std::unique_ptr<Simulator> simulator_;
   std::vector<Delivery> deliveries_;
   MonoNs now_ = kStart;
 };
@@ -491,7 +498,7 @@ TEST(SimulatorTest, SpeedIsSetInRpm) {
 
 TEST(SimulatorTest, RefusesWithTheReason) {
   DeviceFixture bench("unpaced");
-  TFormatSimulator& simulator = bench.simulator();
+  Simulator& simulator = bench.simulator();
   EXPECT_THAT(ErrorText(simulator.Set("axis2", "speed_rpm", "1", kStart)), HasSubstr("there is axis1"));
   EXPECT_THAT(ErrorText(simulator.Set("axis1", "speed", "1", kStart)), HasSubstr("speed_rpm"));
   EXPECT_THAT(ErrorText(simulator.Set("axis1", "speed_rpm", "fast", kStart)),
@@ -508,8 +515,11 @@ TEST(SimulatorTest, RefusesWithTheReason) {
 
 TEST(SimulatorTest, EveryQuantityIsShown) {
   DeviceFixture bench("unpaced");
-  for (const std::string_view name : SimulatedAxis::QuantityNames())
-    EXPECT_NE(bench.Value(std::string(name)), "absent") << name;
+  for (const char* name : {"pace", "slot_us", "enid", "abnormal_echo", "noise_counts", "zero_error_deg", "eeprom",
+                           "eeprom_wear", "battery_v", "counting_error", "multi_turn_jump", "accel_rad_s2",
+                           "motion", "speed_rpm", "fault", "power"}) {
+    EXPECT_NE(bench.Value(name), "absent") << name;
+  }
   bench.Set("eeprom", "72=A1 05");
   EXPECT_EQ(bench.Value("eeprom"), "72=A1 05");
   bench.Set("enid", "0x17");

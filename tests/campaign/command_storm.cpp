@@ -22,7 +22,7 @@
 #include "platform/os/system_clock.h"
 #include "tests/campaign/status_listener.h"
 #include "tests/campaign/storm_tally.h"
-#include "tools/axlecast/run/control_socket.h"
+#include "tools/axlecast/run/simulation_server.h"
 
 namespace axlecast {
 namespace {

@@ -98,7 +98,7 @@ class Hwtest(Service):
         self.assertRegex(of["turnaround"]["value"], r"min \d+ us, p50 \d+ us, p99 \d+ us")
         self.assertTrue([what for what in of if what.startswith("eeprom_backup")], "its memory was read")
         self.assertFalse([what for what, finding in of.items() if "nothing was done" in finding["value"]])
-        self.assertIn("this says nothing about hardware", self.page(path))
+        self.assertIn("the results do not apply to hardware", self.page(path))
 
     def test_a_noisy_line_and_an_alarm(self):
         self.run_machine()
@@ -185,7 +185,7 @@ class Report(Service):
         code, out, err = self.axlecast("report", self.config, "--html", path)
         self.assertEqual((code, out), (DONE, ""), err)
         self.assertEqual(err.splitlines()[1:], ["reading parameters and memory of axis1 (1 of 1)",
-                                                "no bridge answers: parameters and memory are left out",
+                                                "no bridge answers: parameters and memory are omitted",
                                                 f"written: {path}"])
         self.page(path)
 

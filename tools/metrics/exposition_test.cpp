@@ -1,4 +1,4 @@
-#include "tools/metrics/exposition.h"
+#include "tools/metrics/metrics_text.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "core/messages/json/message_json.h"
 #include "core/messages/message.h"
@@ -34,22 +33,17 @@ constexpr std::array<Kind, 8> kKinds = {{
     {"TRIP", "trip/", "trip_log_t", RetentionClass::kEvents, false},
 }};
 
-constexpr std::string_view kRecorderLevel = "recorder/";
-
 using Json = nlohmann::ordered_json;
 
-// Returns the schema of the type without the members that MqttPayload omits, and with the number of the publication.
+// Members that are not published: fields for LCM only, and secrets.
+constexpr const char* kOmitted[] = {"spare", "sig", "token", "body_digest"};
+
+// Returns the schema of the published messages of a type.
 template <typename Message>
 Json Published() {
-  const std::vector<std::uint8_t> bytes = Encoded(Message{});
-  const MessageType& type = *FindMessageType(bytes);
-  Json schema = Json::parse(type.schema);
-  const Json payload = *MqttPayload(type.name, bytes);
+  Json schema = Json::parse(FindMessageType(Encoded(Message{}))->schema);
   Json& required = schema["required"];
-  std::string name;
-  const Json message = *DecodeToJson(bytes, &name);
-  for (const auto& [key, value] : message.items()) {
-    if (payload.contains(key)) continue;
+  for (const char* key : kOmitted) {
     schema["properties"].erase(key);
     required.erase(std::remove(required.begin(), required.end(), Json(key)), required.end());
   }
@@ -104,7 +98,7 @@ std::optional<MqttTopic> TopicMap::Find(std::string_view channel) {
     if (kind.channel == "RECORDER") known = IsRecorder(name);
     if (kind.channel == "ALARM" && !known) {
       known = name == "bridge" || name == own_ ||
-              (name.starts_with(kRecorderLevel) && IsRecorder(name.substr(kRecorderLevel.size())));
+              (name.starts_with("recorder/") && IsRecorder(name.substr(std::string_view("recorder/").size())));
     }
     if (!known) return std::nullopt;
     MqttTopic topic{base_ + std::string(kind.level) + name, kind.type, kind.keeping, kind.retain, {}};
@@ -137,7 +131,7 @@ std::optional<Json> MqttPayload(std::string_view type, Bytes message) {
   std::string found;
   std::optional<Json> json = DecodeToJson(message, &found);
   if (!json || found != type) return std::nullopt;
-  for (const char* key : {"spare", "sig", "token", "body_digest"}) json->erase(key);
+  for (const char* key : kOmitted) json->erase(key);
   return json;
 }
 

@@ -1,4 +1,4 @@
-#include "tools/service/html_page.h"
+#include "tools/service/acceptance_result.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

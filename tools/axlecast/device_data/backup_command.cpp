@@ -17,7 +17,6 @@
 #include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
-#include "tools/axlecast/device_data/device_backup.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
@@ -46,18 +45,16 @@ std::optional<MachineView> ObserveDevice(const MachineConfig& machine, const std
   return std::nullopt;
 }
 
-int Backup(const BackupOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Backup(const MachineConfig& machine, const BackupOptions& options) {
   const CommandOptions& command = options.command;
-  const BusConfig* const bus = machine->BusOf(command.device);
-  if (bus == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
+  const BusConfig* const bus = machine.BusOf(command.device);
+  if (bus == nullptr) return Fail(UnknownDevice(machine, command.device), kExitUsage);
   int exit_code = kExitDone;
-  const auto view = ObserveDevice(*machine, command.device, exit_code);
+  const auto view = ObserveDevice(machine, command.device, exit_code);
   if (!view) return exit_code;
   BackupReading reading;
   if (BackupOperation(*bus->family) != nullptr) {
-    OperatorClient client(*machine, command.key, !command.json);
+    OperatorClient client(machine, command.key, !command.json);
     if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
     reading = ReadContents(client, *bus->family, command);
     exit_code = Check(reading, "");
@@ -330,18 +327,16 @@ class RestoreRun {
   RestoreReport report_;
 };
 
-int Restore(const RestoreOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Restore(const MachineConfig& machine, const RestoreOptions& options) {
   const CommandOptions& command = options.command;
-  if (machine->BusOf(command.device) == nullptr) return Fail(UnknownDevice(*machine, command.device), kExitUsage);
+  if (machine.BusOf(command.device) == nullptr) return Fail(UnknownDevice(machine, command.device), kExitUsage);
   if (!command.yes && !options.dry_run && !CanAsk("restore")) return kExitUsage;
   const auto backup = ReadFile(options.file);
   if (!backup) return Fail(backup.error().text, kExitBad);
   int exit_code = kExitDone;
-  const auto view = ObserveDevice(*machine, command.device, exit_code);
+  const auto view = ObserveDevice(machine, command.device, exit_code);
   if (!view) return exit_code;
-  RestoreRun run(*machine, options);
+  RestoreRun run(machine, options);
   exit_code = run.Run(*backup, *view->FindDevice(command.device)->info);
   Show(ToJson(run.report()), ToText(run.report()), command.json);
   return exit_code;
@@ -360,7 +355,7 @@ void AddBackup(CLI::App& app, int& exit_code) {
   AddCommandOptions(*command, options->config, options->command, false);
   command->footer(std::string("examples:\n  axlecast backup axis1\n  axlecast backup gm3 --out gm3.json --json\n") +
                   kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Backup(*options); });
+  RunOnMachine<BackupOptions>(*command, options, exit_code, &Backup);
 }
 
 void AddRestore(CLI::App& app, int& exit_code) {
@@ -378,7 +373,7 @@ void AddRestore(CLI::App& app, int& exit_code) {
                               "  axlecast restore axis1 axis1-20261121T070005Z.json --to-another-unit\n"
                               "If it was interrupted, repeat it: values that were written no longer differ.\n") +
                   kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Restore(*options); });
+  RunOnMachine<RestoreOptions>(*command, options, exit_code, &Restore);
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "tools/axlecast/device_data/device_backup.h"
+#include "tools/axlecast/device_data/device_access.h"
 
 // Any file: the parser must not crash. It returns an error, or a backup whose file is parsed to the same backup.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/axlecast/device_data/device_backup.h"
+#include "tools/axlecast/device_data/device_access.h"
 
 namespace axlecast {
 namespace {

@@ -27,7 +27,7 @@ struct Options {
 // A device that has parameters, and the options of the command.
 struct Target {
   const Options& options;
-  MachineConfig machine;
+  const MachineConfig& machine;
   const Family* family = nullptr;
 
   [[nodiscard]] const CommandOptions& command() const { return options.command; }
@@ -38,13 +38,13 @@ struct Target {
   }
 };
 
-// Loads the machine's file, finds the device, and executes `run`.
-int RunOn(const Options& options, int (*run)(const Target& target)) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  const auto found = FindOperation(*machine, options.command.device, "read_parameters");
-  if (!found) return Fail(found.error().text, kExitUsage);
-  return run(Target{options, *machine, found->bus->family});
+// Sets the callback of `command`: finds the device, and executes `run`.
+void RunOnTarget(CLI::App& command, const std::shared_ptr<Options>& options, int& exit_code,
+                 int (*run)(const Target& target)) {
+  RunOnMachine<Options>(command, options, exit_code, [run](const MachineConfig& machine, const Options& parsed) {
+    const auto found = FindOperation(machine, parsed.command.device, "read_parameters");
+    return found ? run(Target{parsed, machine, found->bus->family}) : Fail(found.error().text, kExitUsage);
+  });
 }
 
 // Sets the present values of the device. Returns kExitDone, or prints why they cannot be read and returns the exit code.
@@ -143,7 +143,7 @@ void AddList(CLI::App& param, int& exit_code) {
   command->footer(
       "examples:\n  axlecast param list gm3\n  axlecast param list gm3 --no-reads\n"
       "A value that cannot be read is shown as -, with the reason on standard error. Exit code: 0, or 2 usage");
-  command->callback([options, &exit_code] { exit_code = RunOn(*options, &List); });
+  RunOnTarget(*command, options, exit_code, &List);
 }
 
 // Adds a verb that accesses the device. `arguments` adds those after the device.
@@ -156,7 +156,7 @@ void Add(CLI::App& param, int& exit_code, const char* name, const char* help, in
   arguments(*command, *options);
   AddCommandOptions(*command, options->config, options->command, asks);
   command->footer(std::string(example) + '\n' + kCommandExitCodes);
-  command->callback([options, run, &exit_code] { exit_code = RunOn(*options, run); });
+  RunOnTarget(*command, options, exit_code, run);
 }
 
 }  // namespace

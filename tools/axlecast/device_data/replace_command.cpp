@@ -23,7 +23,6 @@
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/device_data/device_access.h"
-#include "tools/axlecast/device_data/device_backup.h"
 #include "tools/axlecast/live/format_device.h"
 #include "tools/monitor/live_machine.h"
 
@@ -365,13 +364,11 @@ class ReplaceWizard {
   std::optional<BackupContents> backup_;
 };
 
-int Replace(const ReplaceOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Replace(const MachineConfig& machine, const ReplaceOptions& options) {
   const std::string& device = options.command.device;
-  if (machine->BusOf(device) == nullptr) return Fail(UnknownDevice(*machine, device), kExitUsage);
+  if (machine.BusOf(device) == nullptr) return Fail(UnknownDevice(machine, device), kExitUsage);
   if (!options.command.yes && !CanAsk("replace")) return kExitUsage;
-  ReplaceWizard wizard(*machine, options);
+  ReplaceWizard wizard(machine, options);
   const int exit_code = wizard.Run();
   Show(ToJson(wizard.report()), ToText(wizard.report()), options.command.json);
   return exit_code;
@@ -479,7 +476,7 @@ void AddReplaceCommand(CLI::App& app, int& exit_code) {
           "steps: backup, exchange, accept, write, datum; each can be repeated. Ctrl-C stops and prints the\n"
           "state and the command to continue.\n") +
       kCommandExitCodes);
-  command->callback([options, &exit_code] { exit_code = Replace(*options); });
+  RunOnMachine<ReplaceOptions>(*command, options, exit_code, &Replace);
 }
 
 }  // namespace axlecast

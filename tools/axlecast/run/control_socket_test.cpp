@@ -1,4 +1,4 @@
-#include "tools/axlecast/run/control_socket.h"
+#include "tools/axlecast/run/simulation_server.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>

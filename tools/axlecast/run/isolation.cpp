@@ -115,21 +115,18 @@ ino_t NetworkOf(const std::string& process) {
   return stat(("/proc/" + process + "/ns/net").c_str(), &status) == 0 ? status.st_ino : 0;
 }
 
-int Shell(const ShellOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  const pid_t process = LockFile::Holder(RunDirectory(machine->machine) + "/up.lock");
+int Shell(const MachineConfig& machine, const ShellOptions& options) {
+  const pid_t process = LockFile::Holder(RunDirectory(machine.machine) + "/up.lock");
   if (process == 0) {
-    return Fail("machine " + machine->machine + " is not up for this user: start it with axlecast up --isolated " +
-                    machine->file,
+    return Fail("machine " + machine.machine + " is not up for this user: start it with axlecast up --isolated " +
+                    machine.file,
                 kExitNoAnswer);
   }
   std::vector<std::string> command = options.command.empty() ? std::vector{LoginShell()} : options.command;
   if (const ino_t network = NetworkOf(std::to_string(process)); network != 0 && network != NetworkOf("self")) {
     command = EntryArguments(process, command);
   } else if (options.command.empty() && !options.print) {
-    return Fail("machine " + machine->machine + " is up and not isolated: this shell already reaches it",
-                kExitDone);
+    return Fail("machine " + machine.machine + " is up and not isolated: this shell already reaches it", kExitDone);
   }
   if (options.print) {
     std::cout << ShellText(command) << '\n';
@@ -155,7 +152,7 @@ void AddShellCommand(CLI::App& app, int& exit_code) {
       "examples:\n"
       "  axlecast shell config/demo.yaml\n"
       "  axlecast shell config/demo.yaml --run lcm-logger demo.lcm");
-  command->callback([options, &exit_code] { exit_code = Shell(*options); });
+  RunOnMachine<ShellOptions>(*command, options, exit_code, &Shell);
 }
 
 }  // namespace axlecast

@@ -178,16 +178,14 @@ int ChangeAll(const MachineConfig& machine, const SimulateOptions& options) {
   return worst;
 }
 
-int Simulate(const SimulateOptions& options) {
-  const Result<MachineConfig> machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Simulate(const MachineConfig& machine, const SimulateOptions& options) {
   const bool changing = !options.changes.empty() || options.plug || options.unplug;
-  const int exit_code = changing ? ChangeAll(*machine, options) : kExitDone;
+  const int exit_code = changing ? ChangeAll(machine, options) : kExitDone;
   if (exit_code != kExitDone || (changing && !options.show)) return exit_code;
-  const Result<Buses> buses = SimulatedBuses(*machine, options.buses);
+  const Result<Buses> buses = SimulatedBuses(machine, options.buses);
   if (!buses) return Fail(buses.error().text, kExitUsage);
-  if (options.show) return ShowBuses(*machine, *buses, options.json);
-  return RunSimulators(*machine, *buses, options.interface);
+  if (options.show) return ShowBuses(machine, *buses, options.json);
+  return RunSimulators(machine, *buses, options.interface);
 }
 
 }  // namespace
@@ -221,7 +219,7 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
       "  axlecast simulate config/demo.yaml --show --json\n"
       "  axlecast simulate nodes.yaml --bus can-0 --on can1        for a driver on can0\n"
       "keys, units and faults: docs/simulation.md");
-  command->callback([options, &exit_code] { exit_code = Simulate(*options); });
+  RunOnMachine<SimulateOptions>(*command, options, exit_code, &Simulate);
 }
 
 }  // namespace axlecast

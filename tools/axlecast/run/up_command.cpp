@@ -190,25 +190,23 @@ struct UpOptions {
 // Returns the command line of a shell in this process's network.
 std::string Entry() { return ShellText(EntryArguments(getpid(), {LoginShell()})); }
 
-int Up(const UpOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int Up(const MachineConfig& machine, const UpOptions& options) {
   if (options.isolated) {
     if (const Result<> entered = EnterIsolation(); !entered) return Fail(entered.error().text, kExitBad);
     std::cerr << "isolated: a shell inside, in which every program reaches the machine (later: axlecast shell "
               << options.config.File() << "):\n  " << Entry() << '\n';
   }
   const bool table = !options.no_table && !options.json && Screen::Usable();
-  MachineRun run(*machine, options.config.File(), table, options.json);
+  MachineRun run(machine, options.config.File(), table, options.json);
   if (options.isolated) run.AddNote("isolated; a shell inside: " + Entry());
   if (options.web) {
     const std::string page =
-        "page: " + WebUrl(machine->web, HostName()) + (options.isolated ? " (for a browser that gets in)" : "");
+        "page: " + WebUrl(machine.web, HostName()) + (options.isolated ? " (for a browser that gets in)" : "");
     std::cerr << page << '\n';
     run.AddNote(page);
   }
   if (const Result<> prepared = run.Prepare(); !prepared) return Fail(prepared.error().text, kExitBad);
-  std::cerr << "logs: " << RunDirectory(machine->machine) << "/log\n";
+  std::cerr << "logs: " << RunDirectory(machine.machine) << "/log\n";
   const RunSummary summary = run.Run(options.seconds, options.web);
   static_cast<void>(WriteOut(options.json ? summary.json + '\n' : summary.text));
   // Without --seconds, the operator ends the run: that is no error.
@@ -220,13 +218,11 @@ struct DriverOptions {
   std::string bus;
 };
 
-int RunDriver(const DriverOptions& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  const BusConfig* bus = machine->FindBus(options.bus);
+int RunDriver(const MachineConfig& machine, const DriverOptions& options) {
+  const BusConfig* bus = machine.FindBus(options.bus);
   if (bus == nullptr) {
-    return Fail("no bus " + Quoted(options.bus) + " in " + machine->file +
-                    "\nbuses: " + Listed(MachineNames(*machine, false)),
+    return Fail("no bus " + Quoted(options.bus) + " in " + machine.file +
+                    "\nbuses: " + Listed(MachineNames(machine, false)),
                 kExitUsage);
   }
   const std::vector<std::string> program = {DriverProgram(bus->family->name), "--config", options.config.File(),
@@ -255,7 +251,7 @@ void AddUpCommand(CLI::App& app, int& exit_code) {
       "  axlecast up config/demo.yaml --web           with its page in the browser\n"
       "  axlecast up config/demo.yaml --seconds 10    no terminal needed\n"
       "  axlecast up config/demo.yaml --isolated      where multicast is not usable");
-  command->callback([options, &exit_code] { exit_code = Up(*options); });
+  RunOnMachine<UpOptions>(*command, options, exit_code, &Up);
 }
 
 void AddDriverCommand(CLI::App& app, int& exit_code) {
@@ -264,7 +260,7 @@ void AddDriverCommand(CLI::App& app, int& exit_code) {
   command->add_option("BUS", options->bus, "Name of the bus in the machine's file")->required();
   options->config.AddTo(*command, ConfigOption::Form::kOptionOnly);
   command->footer("example: axlecast driver rs485-0 --config machine.yaml");
-  command->callback([options, &exit_code] { exit_code = RunDriver(*options); });
+  RunOnMachine<DriverOptions>(*command, options, exit_code, &RunDriver);
 }
 
 }  // namespace axlecast

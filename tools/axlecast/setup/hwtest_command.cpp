@@ -172,11 +172,9 @@ class Acceptance {
   LcmPort port_;
 };
 
-int RunHwtest(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
-  if (machine->BusOf(options.device) == nullptr) return Fail(UnknownDevice(*machine, options.device), kExitUsage);
-  return Acceptance(options, *machine).Run();
+int RunHwtest(const MachineConfig& machine, const Options& options) {
+  if (machine.BusOf(options.device) == nullptr) return Fail(UnknownDevice(machine, options.device), kExitUsage);
+  return Acceptance(options, machine).Run();
 }
 
 }  // namespace
@@ -202,7 +200,7 @@ void AddHwtestCommand(CLI::App& app, int& exit_code) {
       "Its driver must run; nothing is written to the device.\n"
       "exit code: 0 nothing bad, 1 something is bad, 2 usage, 3 it was stopped, 4 failed, 6 no message from "
       "the device");
-  command->callback([options, &exit_code] { exit_code = RunHwtest(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &RunHwtest);
 }
 
 }  // namespace axlecast

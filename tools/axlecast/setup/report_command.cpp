@@ -29,7 +29,6 @@
 #include "tools/monitor/machine_view.h"
 #include "tools/service/acceptance_result.h"
 #include "tools/service/error_trend.h"
-#include "tools/service/html_page.h"
 #include "tools/service/redacted_config.h"
 
 namespace axlecast {
@@ -250,14 +249,12 @@ void ReadJournal(const MachineConfig& machine, ReportContents& contents) {
   contents.journal_problem = ErrorText(reader.state());
 }
 
-int RunReport(const Options& options) {
-  const auto machine = options.config.Load();
-  if (!machine) return options.config.Fail(machine.error());
+int RunReport(const MachineConfig& machine, const Options& options) {
   const SystemClock clock;
   ReportContents contents;
-  if (!ReadLogs(options, machine->lcm.prefix, contents)) return kExitBad;
+  if (!ReadLogs(options, machine.lcm.prefix, contents)) return kExitBad;
   Progress("listening to the machine, at most " + std::to_string(kLongestWait / kSecond) + " s");
-  LiveMachine live(*machine, clock);
+  LiveMachine live(machine, clock);
   const auto all = [](const MachineView& view) { return view.AllReceived() && view.bridge().received(); };
   if (const Result<> gathered = live.Gather(clock.Now() + kLongestWait, all); !gathered) {
     return Fail(gathered.error().text, kExitFailed);
@@ -272,9 +269,9 @@ int RunReport(const Options& options) {
     contents.kernel = std::string(system.sysname) + ' ' + system.release + ' ' + system.machine;
   }
   contents.unix_us = clock.UtcMicroseconds();
-  ReadJournal(*machine, contents);
-  if (!options.no_reads && !live.view().NothingReceived()) ReadDevices(options, *machine, contents);
-  const std::string page = ReportPage(*machine, live.view(), received_at, contents);
+  ReadJournal(machine, contents);
+  if (!options.no_reads && !live.view().NothingReceived()) ReadDevices(options, machine, contents);
+  const std::string page = ReportPage(machine, live.view(), received_at, contents);
   if (options.html.empty()) return WriteOut(page) ? kExitDone : kExitFailed;
   if (const Result<> written = WriteOutput(options.html, page); !written)
     return Fail(written.error().text, kExitFailed);
@@ -301,7 +298,7 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
       "  axlecast report machine.yaml --log /var/log/axlecast/press3/*.lcm --html press3.html\n"
       "Nothing is written to a device. The page shows what does not run. Passwords are masked.\n"
       "exit code: 0 done, 1 the machine's file or a log is bad, 2 usage, 4 failed");
-  command->callback([options, &exit_code] { exit_code = RunReport(*options); });
+  RunOnMachine<Options>(*command, options, exit_code, &RunReport);
 }
 
 }  // namespace axlecast

@@ -82,17 +82,15 @@ struct ScanOptions {
 };
 
 constexpr const char* kExamples =
-    "It listens first. It sends requests only if the line is silent and you have confirmed that no other master "
-    "uses it: at\n"
-    "the prompt, or with --sole-master. It only reads, and never writes. docs/scan.md lists the trials.\n"
+    "It listens first. It sends requests only if the line is silent and you have confirmed, at the prompt or with\n"
+    "--sole-master, that no other master uses it. It only reads, and never writes. docs/scan.md lists the trials.\n"
     "Exit code: 0 something was found, 6 nothing, 1 the port or the file is refused, 2 usage. Ctrl-C ends it and\n"
     "prints what was found until then.\n"
     "\n"
     "Examples:\n"
     "  axlecast scan /dev/serial/by-id/usb-FTDI_USB-RS485_FT7ABC-if00-port0\n"
     "  axlecast scan /dev/ttyUSB0 --sole-master --write machine.yaml && axlecast up machine.yaml\n"
-    "  axlecast scan /dev/ttyUSB0 --baud 115200    # only at this rate; also sends requests for polled\n"
-    "                                                # encoders\n"
+    "  axlecast scan /dev/ttyUSB0 --baud 115200    # only at this rate; also finds polled encoders with it\n"
     "  sudo axlecast scan can0                     # every bit rate, listening only, if can0 is down\n"
     "  axlecast scan /dev/spidev0.0 --sole-master\n"
     "  axlecast scan /dev/ttyUSB0 --sole-master --json | jq -r '.found[].device'";
