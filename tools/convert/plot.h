@@ -84,8 +84,8 @@ struct PlotField {
 // Parses "POSITION/axis1:value" or "MOTOR/gm1:accel_mps2[0]". Returns nothing if the text has another form.
 [[nodiscard]] std::optional<PlotField> ParsePlotField(std::string_view text);
 
-// Returns the field's unit for display: from the message ("mm" for a position's `value`), else from the ending of its name
-// ("°C" for temperature_c). Empty if there is no unit.
+// Returns the field's unit for display, or an empty text: from the message ("mm" for a position's `value`), else from the ending
+// of its name ("°C" for temperature_c).
 [[nodiscard]] std::string FieldUnit(const nlohmann::ordered_json& message, std::string_view field);
 
 struct PlotCurve {

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <axlecast/motor_health_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <optional>
-#include <utility>
 
 #include "core/base/text.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {
@@ -149,8 +146,6 @@ bool RecordingDiff::same() const {
   return std::all_of(tallies_.begin(), tallies_.end(), [](const auto& tally) { return tally.second.same(); });
 }
 
-BusRedecoder::BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
-
 void BusRedecoder::On(const wire_t& message) {
   ++messages_;
   if (!IsInRange(message)) {
@@ -239,9 +234,6 @@ void BusRedecoder::TickUntil(MonoNs now) {
 void BusRedecoder::Finish() {
   for (Unit& unit : units_) unit.channel->Tick(now_ + kTick);
 }
-
-LogRedecoder::LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output)
-    : machine_(machine), only_bus_(only_bus), output_(std::move(output)) {}
 
 void LogRedecoder::On(const LogEvent& event) {
   if (!event.channel.starts_with(machine_.lcm.prefix)) return;

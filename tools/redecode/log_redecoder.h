@@ -12,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
@@ -81,7 +82,7 @@ class RecordingDiff {
 class BusRedecoder {
  public:
   // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver.
-  BusRedecoder(const BusConfig& bus, MessageSink& sink);
+  BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
 
   void On(const wire_t& message);
   // Applies the datum of a device, from this message on. Ignores devices of other buses.
@@ -146,7 +147,8 @@ class LogRedecoder final : private MessageSink {
   using Output = std::function<void(const LogEvent& event)>;
 
   // `machine` must outlive this object. `only_bus`: name of a bus of the machine; empty: all buses.
-  LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output);
+  LogRedecoder(const MachineConfig& machine, std::string_view only_bus, Output output)
+      : machine_(machine), only_bus_(only_bus), output_(std::move(output)) {}
 
   void On(const LogEvent& event);
   void Finish();

@@ -146,6 +146,7 @@ Result<> SetShock(Unit& s, Words value) {
 
 Result<> ForceTrip(Unit& s, Words value) {
   std::vector<Words> names;
+  names.reserve(kCauses.size());
   for (const Cause& cause : kCauses) names.push_back(cause.name);
   const Result<std::size_t> cause = ParseChoice(value, names);
   if (!cause) return Failure(cause.error());

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <iostream>
 #include <utility>
@@ -12,8 +11,6 @@
 #include "core/base/utc_text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/log/log_event.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {
@@ -91,17 +88,6 @@ void LogFilter::AddTo(CLI::App& command) {
 Result<> LogFilter::Parse(Bytes log) {
   if (const Result<> set = filter_.Set(channel_, invert_); !set) return Failure("--channel: " + set.error().text);
   return time_.Parse({log});
-}
-
-bool LogFilter::MatchesTime(const LogEvent& event) const {
-  return (!time_.from || event.utime >= *time_.from) && (!time_.until || event.utime < *time_.until);
-}
-
-// Times may run back by at most kSeekSlackUs.
-std::size_t LogFilter::Begin(Bytes log) const { return time_.from ? SeekTime(log, *time_.from - kSeekSlackUs) : 0; }
-
-bool LogFilter::EndsAt(const LogEvent& event) const {
-  return time_.until && event.utime > *time_.until + kSeekSlackUs;
 }
 
 LogProgress::LogProgress(const char* activity, std::size_t bytes)

@@ -54,11 +54,17 @@ class LogFilter {
   [[nodiscard]] Result<> Parse(Bytes log);
 
   [[nodiscard]] bool Matches(const LogEvent& event) { return MatchesTime(event) && filter_.Matches(event.channel); }
-  [[nodiscard]] bool MatchesTime(const LogEvent& event) const;  // for any channel
-  // Returns an offset before which no event matches.
-  [[nodiscard]] std::size_t Begin(Bytes log) const;
+  [[nodiscard]] bool MatchesTime(const LogEvent& event) const {  // for any channel
+    return (!time_.from || event.utime >= *time_.from) && (!time_.until || event.utime < *time_.until);
+  }
+  // Returns an offset before which no event matches. Times may run back by at most kSeekSlackUs.
+  [[nodiscard]] std::size_t Begin(Bytes log) const {
+    return time_.from ? SeekTime(log, *time_.from - kSeekSlackUs) : 0;
+  }
   // Returns true if no later event of the log matches.
-  [[nodiscard]] bool EndsAt(const LogEvent& event) const;
+  [[nodiscard]] bool EndsAt(const LogEvent& event) const {
+    return time_.until && event.utime > *time_.until + kSeekSlackUs;
+  }
 
  private:
   std::string channel_;

@@ -13,11 +13,6 @@ namespace {
 
 constexpr std::size_t kNamed = 6;
 
-bool IsOfMachine(Bytes message) {
-  std::string type;
-  return DecodeToJson(message, &type).has_value() && type != "recorder_health_t";
-}
-
 constexpr char kEscape = '\x1b';
 constexpr char kEndOfTransmission = '\x04';  // Ctrl-D
 constexpr std::size_t kLongestSequence = 32;
@@ -58,7 +53,8 @@ std::string Bar(double share) {
 
 void LiveChannels::On(const std::string& channel, Bytes message) {
   if (channels_.size() >= kMaxChannels || channels_.contains(channel)) return;
-  if (IsOfMachine(message)) channels_.insert(channel);
+  std::string type;
+  if (DecodeToJson(message, &type) && type != "recorder_health_t") channels_.insert(channel);
 }
 
 std::string LiveChannels::Text() const {
