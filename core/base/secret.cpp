@@ -1,7 +1,6 @@
 #include "core/base/secret.h"
 
 #include <array>
-#include <cstring>
 
 namespace axlecast {
 

@@ -1,6 +1,5 @@
 #include "drivers/biss/family.h"
 
-#include <algorithm>
 #include <map>
 #include <memory>
 #include <set>

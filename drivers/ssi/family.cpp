@@ -1,7 +1,5 @@
 #include "drivers/ssi/family.h"
 
-#include <memory>
-
 #include "drivers/ssi/settings.h"
 
 namespace axlecast {

@@ -1,9 +1,7 @@
 #include "drivers/ssi/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <optional>
 
 #include "core/config/config_map.h"
 #include "core/device/operation.h"

@@ -2,7 +2,6 @@
 #include <array>
 #include <axlecast/command_status_t.hpp>
 #include <memory>
-#include <optional>
 #include <utility>
 #include <variant>
 

@@ -1,9 +1,7 @@
 #include "drivers/tsubaki_sc/register_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
-#include <cstring>
 
 namespace axlecast::tsubaki_sc {
 namespace {

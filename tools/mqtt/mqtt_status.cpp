@@ -1,7 +1,6 @@
 #include "tools/mqtt/mqtt_status.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "core/alarm/alarm_codes.h"
 #include "core/messages/json/field.h"

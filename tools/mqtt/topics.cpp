@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
 
 #include "core/messages/json/message_json.h"
 #include "core/messages/message.h"

@@ -1,8 +1,6 @@
 #include "drivers/tsubaki_sc/simulator/gear_motor.h"
 
-#include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "drivers/kit/simulation/quantity.h"
 

@@ -1,7 +1,6 @@
 #include "tools/axlecast/decode/decode_command.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
