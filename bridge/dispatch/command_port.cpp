@@ -1,13 +1,11 @@
 #include "bridge/dispatch/command_port.h"
 
 #include <algorithm>
-#include <axlecast/command_body_t.hpp>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/driver_command_t.hpp>
 #include <cstring>
 
 #include "core/base/text.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -4,11 +4,9 @@
 #include <axlecast/driver_order_t.hpp>
 #include <utility>
 
-#include "bridge/dispatch/command_port.h"
 #include "bridge/dispatch/outcome_check.h"
 #include "core/alarm/alarm_codes.h"
 #include "core/command/commands.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

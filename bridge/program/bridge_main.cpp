@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cstdlib>
 #include <iostream>
-#include <memory>
 #include <string>
 
 #include "bridge/dispatch/dispatcher.h"

@@ -7,7 +7,6 @@
 #include <sstream>
 #include <utility>
 
-#include "bridge/state/command_store.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/commands.h"

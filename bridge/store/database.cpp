@@ -7,14 +7,10 @@
 #include <sqlite3.h>
 #include <array>
 #include <cerrno>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <optional>
-#include <string_view>
 #include <utility>
 
-#include "core/base/result.h"
 #include "core/messages/enum_names.h"
 #include "platform/os/descriptor.h"
 #include "platform/os/folder.h"

@@ -7,8 +7,6 @@
 #include <limits>
 #include <string_view>
 
-#include "bridge/store/database.h"
-#include "bridge/store/rows.h"
 #include "bridge/store/sqlite_store.h"
 
 namespace axlecast {

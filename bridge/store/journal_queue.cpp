@@ -1,9 +1,7 @@
 #include "bridge/store/journal_queue.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <type_traits>
-#include <utility>
 
 namespace axlecast {
 

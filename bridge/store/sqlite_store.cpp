@@ -17,7 +17,6 @@
 #include <sstream>
 #include <utility>
 
-#include "bridge/store/database.h"
 #include "core/command/commands.h"
 
 namespace axlecast {

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_t.hpp>
-#include <utility>
 
 #include "core/base/result.h"
 #include "core/command/commands.h"
 #include "core/messages/enum_names.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,6 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/commands.h"
-#include "core/command/keys.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"

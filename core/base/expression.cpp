@@ -1,7 +1,5 @@
 #include "core/base/expression.h"
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 

@@ -1,7 +1,5 @@
 #include "core/base/spelling.h"
 
-#include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdarg>
-#include <cstdint>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>

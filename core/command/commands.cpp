@@ -2,9 +2,7 @@
 
 #include <sodium.h>
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <cstdint>
 #include <set>
 
 #include "core/base/text.h"

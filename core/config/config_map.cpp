@@ -6,8 +6,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "core/base/text.h"
 #include "core/base/spelling.h"
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {

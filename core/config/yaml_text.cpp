@@ -6,9 +6,7 @@
 #include <cstddef>
 #include <exception>
 #include <map>
-#include <optional>
 #include <sstream>
-#include <string>
 
 #include "core/base/spelling.h"
 

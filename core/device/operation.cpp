@@ -1,7 +1,6 @@
 #include "core/device/operation.h"
 
 #include <axlecast/command_status_t.hpp>
-#include <utility>
 
 namespace axlecast {
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/base/result.h"
-
 namespace axlecast {
 namespace {
 

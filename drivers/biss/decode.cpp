@@ -51,29 +51,16 @@ Result<Options> ReadOptions(const DecodeSettings& settings) {
   return options;
 }
 
-const char* ErrorWord(FrameError error) {
-  switch (error) {
-    case FrameError::kLow:
-      return "line_low";
-    case FrameError::kNoAck:
-      return "no_ack";
-    case FrameError::kNoStart:
-      return "no_start";
-    case FrameError::kShort:
-      return "short";
-    case FrameError::kCds:
-      return "range";
-    default:
-      return "checksum";
-  }
-}
+// In the order of FrameError.
+constexpr std::array<const char*, 7> kErrorWords = {"none",  "line_low", "no_ack",  "no_start",
+                                                    "short", "range",    "checksum"};
 
 const char* KindOf(const Options& options) { return options.transfer ? "transfer" : "position_frame"; }
 
 Json Describe(const Reply& reply, const Options& options) {
   Json json = {{"ok", reply.error == FrameError::kNone}, {"kind", KindOf(options)}};
   if (reply.error != FrameError::kNone) {
-    json["error"] = ErrorWord(reply.error);
+    json["error"] = kErrorWords.at(static_cast<std::size_t>(reply.error));
   } else {
     json["counts"] = reply.counts;
     if (options.format.turn_bits > 0) json["turns"] = reply.turns;

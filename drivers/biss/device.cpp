@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <axlecast/alarm_entry_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <cstdint>
@@ -57,20 +58,10 @@ namespace {
 
 // Returns why a transfer gave no position, as device_info_t counts it.
 ErrorKind KindOf(FrameError error) {
-  switch (error) {
-    case FrameError::kNoAck:
-      return ErrorKind::kTimeout;
-    case FrameError::kNoStart:
-      return ErrorKind::kBusy;
-    case FrameError::kShort:
-      return ErrorKind::kShort;
-    case FrameError::kCds:
-      return ErrorKind::kRange;
-    case FrameError::kChecksum:
-      return ErrorKind::kChecksum;
-    default:
-      return ErrorKind::kFraming;
-  }
+  using K = ErrorKind;
+  constexpr std::array kKinds = {K::kFraming, K::kFraming, K::kTimeout, K::kBusy,
+                                 K::kShort,   K::kRange,   K::kChecksum};
+  return kKinds.at(static_cast<std::size_t>(error));
 }
 
 // read_position: shows the next frame, or fails after five transfers without one.

@@ -51,8 +51,8 @@ TEST_F(Cia406Alarms, EachBitHasTheNameOfItsDocument) {
       "reserved_warning",     "reserved_warning",      "reserved_warning",     "reserved_warning",
       "manufacturer_warning", "manufacturer_warning",  "manufacturer_warning", "manufacturer_warning"};
   for (unsigned bit = 0; bit < 16; ++bit) {
-    EXPECT_EQ(named(Alarms(), bit), alarms.at(bit)) << bit;
-    EXPECT_EQ(named(Warnings(), bit), warnings.at(bit)) << bit;
+    EXPECT_EQ(named(kAlarmTable, bit), alarms.at(bit)) << bit;
+    EXPECT_EQ(named(kWarningTable, bit), warnings.at(bit)) << bit;
   }
 }
 
@@ -86,8 +86,8 @@ TEST_F(Cia406Alarms, AnEmergencyHasTheNameOfItsClass) {
 TEST_F(Cia406Alarms, EveryTextFitsItsMessageAndEveryCodeIsUsedOnce) {
   std::vector<AlarmSpec> all = {kWrongEncoder, kHeartbeatLost, kNotOperational,
                                 kSecondSync,   kPeriodDiffers, kMoreEmergencies};
-  for (const DiagnosticAlarm& alarm : Alarms()) all.push_back(alarm.spec);
-  for (const DiagnosticAlarm& alarm : Warnings()) all.push_back(alarm.spec);
+  for (const DiagnosticAlarm& alarm : kAlarmTable) all.push_back(alarm.spec);
+  for (const DiagnosticAlarm& alarm : kWarningTable) all.push_back(alarm.spec);
   for (unsigned upper = 0; upper < 256; ++upper) {
     all.push_back(EmergencyAlarm(static_cast<std::uint16_t>(upper << 8)));
   }

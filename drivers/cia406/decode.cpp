@@ -9,6 +9,7 @@
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/settings.h"
+#include "drivers/kit/arguments.h"
 #include "drivers/kit/decode.h"
 #include "drivers/protocol/canopen/canopen.h"
 

@@ -9,7 +9,6 @@
 #include "core/device/operation.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/cia406/simulator.h"
-#include "drivers/protocol/canopen/canopen.h"
 
 namespace axlecast::cia406 {
 namespace {

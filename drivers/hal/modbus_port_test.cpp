@@ -206,7 +206,7 @@ TEST_F(ModbusPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   EXPECT_FALSE(port.SetBaud(12'345)) << "libmodbus would make 9600 of it";
   EXPECT_EQ(far_.Baud(), 115'200);
   ASSERT_EQ(ErrorText(port.Open()), "");
-  EXPECT_EQ(far_.Baud(), 9'600) << "an opened port begins as the settings say";
+  EXPECT_EQ(far_.Baud(), 9'600) << "an opened port begins with the settings";
 }
 
 TEST_F(ModbusPortTest, APtyCarriesEveryFormatWithoutParity) {

@@ -211,7 +211,7 @@ TEST_F(SerialPortTest, OpensWithEveryCharacterFormat) {
   }
 }
 
-// At the other end the kernel tells the rate of this one.
+// At the other end, the kernel returns the rate of this end.
 TEST_F(SerialPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   const std::string path = directory_ + "/other.pty";
   Pty far;
@@ -232,7 +232,7 @@ TEST_F(SerialPortTest, GoesOnAtAnotherRateAndKeepsWhatHasCome) {
   EXPECT_FALSE(port.SetBaud(0));
   EXPECT_TRUE(far.HasHost()) << "never closed meanwhile";
   ASSERT_EQ(ErrorText(port.Open()), "");
-  EXPECT_EQ(far.Baud(), 2'500'000) << "an opened port begins as the settings say";
+  EXPECT_EQ(far.Baud(), 2'500'000) << "an opened port begins with the settings";
   far.Close();
   EXPECT_FALSE(port.SetBaud(9'600)) << "the line is gone";
 }

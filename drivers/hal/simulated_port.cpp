@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/device/link.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 #include <array>
-#include <cmath>
 
 #include "drivers/kit/clocked_line.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <axlecast/command_status_t.hpp>
-#include <utility>
 
 namespace axlecast {
 

@@ -1,7 +1,5 @@
 #include "drivers/kit/decode.h"
 
-#include <algorithm>
-
 #include "core/device/operation.h"
 
 namespace axlecast {

@@ -14,7 +14,7 @@
 #include "core/config/config_map.h"
 #include "drivers/kit/arguments.h"
 #include "drivers/runtime/bus/bus.h"
-#include "drivers/runtime/process/ports.h"
+#include "drivers/runtime/process/driver.h"
 #include "drivers/saa_can/machine_test_support.h"
 #include "drivers/saa_can/settings.h"
 #include "tests/support/fake_clock.h"

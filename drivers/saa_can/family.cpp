@@ -1,7 +1,5 @@
 #include "drivers/saa_can/family.h"
 
-#include <memory>
-
 #include "core/config/config_map.h"
 #include "drivers/cia406/cia406.h"
 #include "drivers/saa_can/settings.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

@@ -1,6 +1,7 @@
 #include "drivers/saa_serial/codec.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 
 namespace axlecast::saa_serial {
@@ -66,16 +67,10 @@ std::size_t LengthOfReply(Bytes so_far) {
 }
 
 ErrorKind KindOf(ReplyError error) {
-  switch (error) {
-    case ReplyError::kShort:
-      return ErrorKind::kShort;
-    case ReplyError::kHeader:
-      return ErrorKind::kWrongEcho;
-    case ReplyError::kRange:
-      return ErrorKind::kRange;
-    default:
-      return ErrorKind::kChecksum;
-  }
+  using K = ErrorKind;
+  constexpr std::array kKinds = {K::kChecksum, K::kShort,     K::kChecksum, K::kChecksum,
+                                 K::kChecksum, K::kWrongEcho, K::kRange};
+  return kKinds.at(static_cast<std::size_t>(error));
 }
 
 // A frame with one or two inverted bits in its header, or without one byte of it, is still this encoder's: it sends no
@@ -105,27 +100,19 @@ ReplyMatch MatchFrame(Bytes request, Bytes reply) {
   return reply[0] == kFrameStart || lost_start ? ReplyMatch::kNearly : ReplyMatch::kNo;
 }
 
+// In the order of ReplyHeader.
 template <std::size_t kSize>
-MatchReply MatchRule(ReplyHeader header) {
-  switch (header) {
-    case ReplyHeader::kAddress:
-      return &MatchFrame<kSize, ReplyHeader::kAddress>;
-    case ReplyHeader::kFixed:
-      return &MatchFrame<kSize, ReplyHeader::kFixed>;
-    default:
-      return &MatchFrame<kSize, ReplyHeader::kEither>;
-  }
-}
+constexpr std::array<MatchReply, 3> kMatchRules = {&MatchFrame<kSize, ReplyHeader::kEither>,
+                                                   &MatchFrame<kSize, ReplyHeader::kAddress>,
+                                                   &MatchFrame<kSize, ReplyHeader::kFixed>};
+
+// Returns which of the three sizes of frames an encoder of `bits` sends.
+std::size_t SizeIndex(int bits) { return DataBytes(bits) - DataBytes(kMinBits); }
 
 MatchReply MatchRule(const Format& format) {
-  switch (DataBytes(format.bits)) {
-    case 2:
-      return MatchRule<ReplySize(kMinBits)>(format.header);
-    case 3:
-      return MatchRule<ReplySize(24)>(format.header);
-    default:
-      return MatchRule<ReplySize(kMaxBits)>(format.header);
-  }
+  constexpr std::array kRules = {kMatchRules<ReplySize(kMinBits)>, kMatchRules<ReplySize(24)>,
+                                 kMatchRules<ReplySize(kMaxBits)>};
+  return kRules.at(SizeIndex(format.bits)).at(static_cast<std::size_t>(format.header));
 }
 
 MonoNs Characters(std::size_t count, MonoNs character) { return static_cast<MonoNs>(count) * character; }
@@ -142,14 +129,9 @@ Interval PolledInstant(const Event& event, std::size_t frame_size, MonoNs charac
 }  // namespace
 
 ReplyLength LengthRule(int bits) {
-  switch (DataBytes(bits)) {
-    case 2:
-      return &LengthOfReply<ReplySize(kMinBits)>;
-    case 3:
-      return &LengthOfReply<ReplySize(24)>;
-    default:
-      return &LengthOfReply<ReplySize(kMaxBits)>;
-  }
+  constexpr std::array<ReplyLength, 3> kRules = {&LengthOfReply<ReplySize(kMinBits)>, &LengthOfReply<ReplySize(24)>,
+                                                 &LengthOfReply<ReplySize(kMaxBits)>};
+  return kRules.at(SizeIndex(bits));
 }
 
 std::size_t BeginOfReply(Bytes so_far) { return FrameBegin(so_far).value_or(so_far.size()); }

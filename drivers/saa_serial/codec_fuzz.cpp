@@ -3,7 +3,6 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cstdlib>
-#include <vector>
 
 #include "core/device/step.h"
 #include "drivers/saa_serial/codec.h"

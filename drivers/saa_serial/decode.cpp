@@ -53,18 +53,8 @@ const char* RequestErrorWord(std::size_t size) {
 }
 
 const char* ErrorWord(ReplyError error) {
-  switch (error) {
-    case ReplyError::kShort:
-      return "short";
-    case ReplyError::kLong:
-      return "long";
-    case ReplyError::kHeader:
-      return "wrong_identity";
-    case ReplyError::kRange:
-      return "range";
-    default:
-      return "checksum";
-  }
+  constexpr std::array kWords = {"checksum", "short", "long", "checksum", "checksum", "wrong_identity", "range"};
+  return kWords.at(static_cast<std::size_t>(error));
 }
 
 // The resolution of an encoder that sends so many bytes, at most.

@@ -1,8 +1,6 @@
 // Any settings and any frame, also with the right checksum.
 #include "drivers/saa_serial/family.h"
 
-#include <vector>
-
 #include "drivers/saa_serial/codec.h"
 #include "tests/fuzz/decode_fuzzing.h"
 

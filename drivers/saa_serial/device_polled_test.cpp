@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "core/device/operation.h"
 #include "drivers/saa_serial/simulated_line_test_support.h"
 

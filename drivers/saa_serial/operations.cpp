@@ -7,11 +7,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/device.h"
-#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/command_runner.h"
-#include "drivers/saa_serial/settings.h"
 
 namespace axlecast::saa_serial {
 namespace {

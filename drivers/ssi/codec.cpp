@@ -1,5 +1,6 @@
 #include "drivers/ssi/codec.h"
 
+#include <array>
 #include <bit>
 
 #include "drivers/kit/clocked_line.h"
@@ -70,25 +71,9 @@ std::size_t TransferSize(const Format& format) {
 }
 
 const char* WordErrorName(WordError error) {
-  switch (error) {
-    case WordError::kNone:
-      return "none";
-    case WordError::kShort:
-      return "short";
-    case WordError::kIdleLow:
-      return "line_low";
-    case WordError::kNoZero:
-      return "all_ones";
-    case WordError::kRepeat:
-      return "repeat";
-    case WordError::kTrailing:
-      return "trailing";
-    case WordError::kPadding:
-      return "range";
-    case WordError::kParity:
-      return "checksum";
-  }
-  return "unknown";
+  constexpr std::array kNames = {"none",   "short",    "line_low", "all_ones",
+                                 "repeat", "trailing", "range",    "checksum"};
+  return kNames.at(static_cast<std::size_t>(error));
 }
 
 Word ParseWord(std::uint64_t value, const Format& format) {

@@ -3,7 +3,6 @@
 #include <fuzzer/FuzzedDataProvider.h>
 
 #include <cstdlib>
-#include <vector>
 
 #include "drivers/kit/clocked_line.h"
 #include "drivers/ssi/codec.h"

@@ -70,20 +70,12 @@ constexpr int kAlarmAfter = 3;
 constexpr int kGone = 10;
 constexpr MonoNs kLookAgain = 50 * kMillisecond;
 
+// In the order of WordError. All ones: nobody answers. Checksum: what is redundant in the transfer disagrees.
 ErrorKind KindOf(WordError error) {
-  switch (error) {
-    case WordError::kShort:
-      return ErrorKind::kShort;
-    case WordError::kIdleLow:
-      return ErrorKind::kFraming;
-    case WordError::kNoZero:
-      return ErrorKind::kTimeout;  // nobody answers
-    case WordError::kPadding:
-    case WordError::kTrailing:
-      return ErrorKind::kRange;
-    default:
-      return ErrorKind::kChecksum;  // what is redundant in the transfer disagrees
-  }
+  using K = ErrorKind;
+  constexpr std::array kKinds = {K::kChecksum, K::kShort, K::kFraming, K::kTimeout,
+                                 K::kChecksum, K::kRange, K::kRange,   K::kChecksum};
+  return kKinds.at(static_cast<std::size_t>(error));
 }
 
 MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "drivers/saa/table_test_support.h"
 #include "drivers/ssi/test_support.h"
 

@@ -1,7 +1,6 @@
 // Any host: whatever its modes, clocks, lengths and pauses, the simulated encoder answers every bit and continues.
 #include <fuzzer/FuzzedDataProvider.h>
 
-#include <array>
 #include <cstdlib>
 #include <string>
 #include <vector>

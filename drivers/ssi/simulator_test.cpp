@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <map>
-
 #include "drivers/ssi/family.h"
 #include "drivers/ssi/test_support.h"
 

@@ -2,6 +2,7 @@
 #include "core/device/operation.h"
 
 #include <algorithm>
+#include <array>
 #include <axlecast/alarm_entry_t.hpp>
 #include <bit>
 #include <cassert>
@@ -222,22 +223,10 @@ std::size_t LengthOfReply(Bytes so_far) {
 }
 
 ReplyLength LengthRule(DataId id) {
-  switch (id) {
-    case DataId::kSingleTurn:
-      return &LengthOfReply<DataId::kSingleTurn>;
-    case DataId::kMultiTurn:
-      return &LengthOfReply<DataId::kMultiTurn>;
-    case DataId::kEncoderId:
-      return &LengthOfReply<DataId::kEncoderId>;
-    case DataId::kEepromWrite:
-      return &LengthOfReply<DataId::kEepromWrite>;
-    case DataId::kEepromRead:
-      return &LengthOfReply<DataId::kEepromRead>;
-    case DataId::kAll:
-      return &FixedLength<kLongestReply>;
-    default:
-      return &LengthOfReply<DataId::kZeroSingleTurn>;  // all resets answer alike
-  }
+  if (id == DataId::kAll) return &FixedLength<kLongestReply>;
+  if (IsEeprom(id)) return &LengthOfReply<DataId::kEepromRead>;
+  if (id == DataId::kEncoderId) return &LengthOfReply<DataId::kEncoderId>;
+  return &LengthOfReply<DataId::kSingleTurn>;  // all resets and the turns are answered alike
 }
 
 // The model's always-zero bits are not looked at: what a reply answers does not depend on them.
@@ -275,22 +264,11 @@ ReplyShape ShapeOf(DataId id, std::uint8_t address = 0) {
 // A reply that is too long holds bytes nobody asked for; where the adapter echoes, it holds an echo that differs
 // from what was sent, because a true echo is taken off: somebody else transmitted at the same time.
 ErrorKind KindOf(ReplyError error, bool echo) {
-  switch (error) {
-    case ReplyError::kShort:
-      return ErrorKind::kShort;
-    case ReplyError::kLong:
-      return echo ? ErrorKind::kWrongEcho : ErrorKind::kUnexpectedBytes;
-    case ReplyError::kChecksum:
-      return ErrorKind::kChecksum;
-    case ReplyError::kWrongEcho:
-      return ErrorKind::kWrongEcho;
-    case ReplyError::kCommunicationAlarm:
-      return ErrorKind::kCommunicationAlarm;
-    case ReplyError::kAbnormalReply:
-      return ErrorKind::kAbnormalReply;
-    default:
-      return ErrorKind::kRange;
-  }
+  using K = ErrorKind;
+  constexpr std::array kKinds = {K::kRange,         K::kShort,     K::kUnexpectedBytes,
+                                 K::kChecksum,      K::kWrongEcho, K::kCommunicationAlarm,
+                                 K::kAbnormalReply, K::kRange};
+  return error == ReplyError::kLong && echo ? K::kWrongEcho : kKinds.at(static_cast<std::size_t>(error));
 }
 
 // Another model's ENID explains bits that this model never sets, so it is looked at first.

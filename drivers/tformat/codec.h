@@ -34,7 +34,11 @@ inline constexpr std::array<DataId, 9> kDataIds = {
     DataId::kEepromRead};
 
 // Control field of a data ID: sink code 0 1 0, the ID's four bits cc0 first, its parity cc4.
-[[nodiscard]] constexpr std::uint8_t ControlField(DataId id);
+[[nodiscard]] constexpr std::uint8_t ControlField(DataId id) {
+  const auto bits = static_cast<unsigned>(id);
+  const unsigned parity = (bits ^ bits >> 1U ^ bits >> 2U ^ bits >> 3U) & 1U;
+  return static_cast<std::uint8_t>(0x02U | bits << 3U | parity << 7U);
+}
 // Returns nothing if the sink code or the parity is wrong, or the ID is not in Table 1.
 [[nodiscard]] std::optional<DataId> ParseControlField(std::uint8_t field);
 
@@ -75,16 +79,23 @@ struct Format {
 [[nodiscard]] Frame EepromWriteRequest(std::uint8_t address, std::uint8_t data);
 
 // True for the two IDs whose frames carry address, data and CRC but no status field (spec 6.2.2, 6.2.3).
-[[nodiscard]] constexpr bool IsEeprom(DataId id);
-[[nodiscard]] constexpr bool IsReset(DataId id);
+[[nodiscard]] constexpr bool IsEeprom(DataId id) { return id == DataId::kEepromWrite || id == DataId::kEepromRead; }
+[[nodiscard]] constexpr bool IsReset(DataId id) {
+  return id == DataId::kClearErrors || id == DataId::kZeroSingleTurn || id == DataId::kResetTurnsAndErrors;
+}
 // TS5669 spec 9: "Transmit 10 times in one sequence with the interval of 40 ms or more".
 inline constexpr int kResetTimes = 10;
 
 // Bytes of a request with this ID: readouts and resets are the control field alone, without CRC (spec 6.2).
-[[nodiscard]] constexpr std::size_t RequestSize(DataId id);
+[[nodiscard]] constexpr std::size_t RequestSize(DataId id) {
+  return id == DataId::kEepromWrite ? 4 : id == DataId::kEepromRead ? 3 : 1;
+}
 // Bytes of the reply to a request with this ID, CF to CRC.
-[[nodiscard]] constexpr std::size_t ReplySize(DataId id);
 inline constexpr std::size_t kLongestReply = 11;
+[[nodiscard]] constexpr std::size_t ReplySize(DataId id) {
+  if (id == DataId::kAll) return kLongestReply;
+  return IsEeprom(id) || id == DataId::kEncoderId ? 4 : 6;
+}
 
 // Why a reply is no reading. A checked reply can still carry alarms: they are fields, not errors.
 enum class ReplyError : std::uint8_t {
@@ -184,44 +195,6 @@ struct Answer {
 
 // Returns the time at which the exchange ended.
 [[nodiscard]] MonoNs EndOf(const Event& event);
-
-// ---- constants that must be seen by the compiler ----
-
-constexpr std::uint8_t ControlField(DataId id) {
-  const auto bits = static_cast<unsigned>(id);
-  const unsigned parity = (bits ^ bits >> 1U ^ bits >> 2U ^ bits >> 3U) & 1U;
-  return static_cast<std::uint8_t>(0x02U | bits << 3U | parity << 7U);
-}
-
-constexpr bool IsEeprom(DataId id) { return id == DataId::kEepromWrite || id == DataId::kEepromRead; }
-
-constexpr bool IsReset(DataId id) {
-  return id == DataId::kClearErrors || id == DataId::kZeroSingleTurn || id == DataId::kResetTurnsAndErrors;
-}
-
-constexpr std::size_t RequestSize(DataId id) {
-  switch (id) {
-    case DataId::kEepromWrite:
-      return 4;
-    case DataId::kEepromRead:
-      return 3;
-    default:
-      return 1;
-  }
-}
-
-constexpr std::size_t ReplySize(DataId id) {
-  switch (id) {
-    case DataId::kAll:
-      return 11;
-    case DataId::kEncoderId:
-    case DataId::kEepromWrite:
-    case DataId::kEepromRead:
-      return 4;
-    default:
-      return 6;
-  }
-}
 
 // ---- alarms ----
 

@@ -1,8 +1,6 @@
 // Any settings and any frame, also with the right CRC.
 #include "drivers/tformat/family.h"
 
-#include <vector>
-
 #include "drivers/tformat/codec.h"
 #include "tests/fuzz/decode_fuzzing.h"
 

@@ -1,7 +1,6 @@
 #include "drivers/tformat/encoder_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>

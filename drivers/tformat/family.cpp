@@ -1,7 +1,5 @@
 #include "drivers/tformat/family.h"
 
-#include <memory>
-
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "drivers/tformat/operations.h"

@@ -1,19 +1,12 @@
 #include "drivers/tformat/operations.h"
 
 #include <axlecast/command_status_t.hpp>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/config/machine_config.h"
-#include "core/device/device.h"
-#include "core/device/operation.h"
 #include "drivers/kit/arguments.h"
-#include "drivers/kit/command_runner.h"
-#include "drivers/tformat/codec.h"
-#include "drivers/tformat/settings.h"
 
 namespace axlecast::tformat {
 namespace {

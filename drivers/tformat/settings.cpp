@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <string>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

@@ -1,9 +1,7 @@
 #include "drivers/tsubaki_sc/family.h"
 
-#include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"

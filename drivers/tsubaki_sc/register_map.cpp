@@ -1,7 +1,6 @@
 #include "drivers/tsubaki_sc/register_map.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 
 namespace axlecast::tsubaki_sc {

@@ -5,7 +5,6 @@
 #include "core/base/spelling.h"
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
-#include "drivers/tsubaki_sc/register_map.h"
 
 namespace axlecast::tsubaki_sc {
 namespace {

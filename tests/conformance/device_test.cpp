@@ -5,7 +5,7 @@
 #include <random>
 
 #include "drivers/runtime/bus/wire_log.h"
-#include "drivers/runtime/process/ports.h"
+#include "drivers/runtime/process/driver.h"
 #include "tests/conformance/example_device.h"
 #include "tests/support/memory_sink.h"
 

@@ -3,7 +3,6 @@
 #include "core/config/machine_config.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/process/driver.h"
-#include "drivers/runtime/process/ports.h"
 #include "tests/support/simulator_frame_link.h"
 #include "tests/support/simulator_link.h"
 #include "tests/support/simulator_spi_link.h"

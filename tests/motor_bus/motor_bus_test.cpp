@@ -11,7 +11,7 @@
 #include "core/command/commands.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
-#include "drivers/runtime/command/command_status_table.h"
+#include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fixed_secrets.h"

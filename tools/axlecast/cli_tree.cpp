@@ -1,12 +1,9 @@
 #include "tools/axlecast/cli_tree.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
 #include <optional>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "core/base/spelling.h"
 

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -15,7 +14,6 @@
 #include "core/messages/json/message_json.h"
 #include "core/messages/message.h"
 #include "tools/convert/chart.h"
-#include "tools/convert/conversion.h"
 
 namespace axlecast {
 namespace {

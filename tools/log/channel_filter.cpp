@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "core/base/expression.h"
-#include "core/base/result.h"
 
 namespace axlecast {
 namespace {

@@ -1,10 +1,6 @@
 #include "tools/log/log_merge.h"
 
 #include <algorithm>
-#include <optional>
-
-#include "tools/log/log_event.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {

@@ -18,7 +18,6 @@
 #include "core/command/keys.h"
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
-#include "tools/mqtt/topics.h"
 
 namespace axlecast {
 namespace {

@@ -7,7 +7,6 @@
 #include <axlecast/permit_t.hpp>
 #include <nlohmann/json.hpp>
 #include <string_view>
-#include <utility>
 
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"

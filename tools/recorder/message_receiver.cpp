@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/result.h"
-#include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {

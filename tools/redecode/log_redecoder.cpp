@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <axlecast/motor_health_t.hpp>
 #include <axlecast/position_t.hpp>
-#include <optional>
-#include <utility>
 
 #include "core/base/text.h"
 #include "core/messages/json/message_json.h"
-#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {

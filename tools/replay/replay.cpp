@@ -8,8 +8,6 @@
 #include <axlecast/driver_status_t.hpp>
 #include <axlecast/permit_t.hpp>
 #include <cmath>
-#include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "core/base/expression.h"

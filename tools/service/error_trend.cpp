@@ -1,6 +1,5 @@
 #include "tools/service/error_trend.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 

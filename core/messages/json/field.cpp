@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "core/base/text.h"
-
 namespace axlecast {
 namespace {
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "drivers/kit/simulation/shaft.h"
 #include "drivers/kit/simulation/simulated_fault.h"

@@ -1,7 +1,6 @@
 #include "drivers/protocol/modbus/adu.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cassert>
 

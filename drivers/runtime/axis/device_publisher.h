@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <axlecast/alarm_t.hpp>
+#include <axlecast/motor_health_t.hpp>
+#include <axlecast/motor_limits_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <axlecast/trip_log_t.hpp>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -14,12 +17,54 @@
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/device.h"
+#include "core/device/reading.h"
 #include "core/messages/message.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
-#include "drivers/runtime/axis/motor_output.h"
 
 namespace axlecast {
+
+// What a DevicePublisher shares with the rest of its process.
+struct DevicePublisherContext {
+  std::int64_t boot_id = 0;
+  const Timebase* time = nullptr;
+  MessageSink* sink = nullptr;
+  std::function<void(const std::string& device, const CommandId& id, const Outcome& outcome)> on_outcome;
+  bool redecoded = false;  // readings come from a WIRE recording
+};
+
+// Publishes the readings of a motor monitor: MOTOR/<device> at most at the publish rate, TRIP/<device> for each trip, and
+// LIMITS/<device> when a limit changed. The newest trip and the limits are repeated every minute. Allocates nothing in
+// normal operation.
+class MotorOutput {
+ public:
+  static constexpr MonoNs kRepeat = 60 * kSecond;
+
+  MotorOutput(const std::string& device, double publish_hz, const DevicePublisherContext& context, bool simulated);
+
+  void Take(const MotorReading& reading);
+  void Take(const TripRecord& record);
+  void Take(const MotorLimits& limits, MonoNs now);
+  void Tick(MonoNs now);
+
+ private:
+  void SendLimits(MonoNs now);
+  [[nodiscard]] std::int64_t UnixUs(MonoNs at) const { return at == 0 ? 0 : context_.time->Utime(at); }
+
+  const DevicePublisherContext context_;
+  const bool simulated_;
+  MonoNs period_;  // minimum between two MOTOR messages
+  std::string motor_channel_;
+  std::string trip_channel_;
+  std::string limits_channel_;
+  motor_health_t motor_{};
+  trip_log_t trip_{};  // the newest
+  motor_limits_t limits_{};
+  std::int64_t trip_seq_ = 0;
+  MonoNs motor_at_ = 0;
+  MonoNs trip_at_ = kNever;    // when the newest was sent; kNever: none was
+  MonoNs limits_at_ = kNever;  // when they were sent; kNever: they are unknown
+};
 
 // Selects the readings that become POSITION messages.
 //
@@ -84,15 +129,6 @@ class Block {
 
  private:
   position_block_t message_;
-};
-
-// What a DevicePublisher shares with the rest of its process.
-struct DevicePublisherContext {
-  std::int64_t boot_id = 0;
-  const Timebase* time = nullptr;
-  MessageSink* sink = nullptr;
-  std::function<void(const std::string& device, const CommandId& id, const Outcome& outcome)> on_outcome;
-  bool redecoded = false;  // readings come from a WIRE recording
 };
 
 // Publishes the readings of one axis: POSITION/<device> at the publish rate, and POSITION_BLOCK/<device> at full rate if it

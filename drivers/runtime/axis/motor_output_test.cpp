@@ -1,4 +1,4 @@
-#include "drivers/runtime/axis/motor_output.h"
+#include "drivers/runtime/axis/device_publisher.h"
 
 #include <gmock/gmock.h>
 
@@ -46,7 +46,7 @@ class MotorOutputTest : public ::testing::Test {
 
   Timebase time_;
   MemorySink sink_;
-  MotorOutput output_{"gm3", 10, {.boot_id = 5, .time = &time_, .sink = &sink_, .simulated = true}};
+  MotorOutput output_{"gm3", 10, {.boot_id = 5, .time = &time_, .sink = &sink_, .on_outcome = {}}, true};
 };
 
 TEST_F(MotorOutputTest, TheMessageHoldsTheReading) {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "drivers/runtime/bus/transactor.h"
-
 namespace axlecast {
 namespace {
 

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
 
 namespace axlecast {

@@ -4,7 +4,6 @@
 #include <limits>
 #include <optional>
 
-#include "core/command/commands.h"
 namespace axlecast {
 namespace {
 

@@ -1,4 +1,4 @@
-#include "drivers/runtime/command/command_status_table.h"
+#include "drivers/runtime/command/driver_command_server.h"
 
 #include <gtest/gtest.h>
 

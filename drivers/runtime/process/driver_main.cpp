@@ -10,7 +10,6 @@
 #include "core/command/keys.h"
 #include "drivers/hal/line_guard.h"
 #include "drivers/runtime/process/driver.h"
-#include "drivers/runtime/process/ports.h"
 #include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"

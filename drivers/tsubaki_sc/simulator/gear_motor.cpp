@@ -1,6 +1,5 @@
 #include "drivers/tsubaki_sc/simulator/gear_motor.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "drivers/kit/simulation/quantity.h"

@@ -1,9 +1,6 @@
 #include "drivers/tsubaki_sc/simulator/sc_unit.h"
 
-#include <algorithm>
-#include <array>
 #include <span>
-#include <utility>
 
 namespace axlecast::tsubaki_sc::simulator {
 namespace {

@@ -1,5 +1,4 @@
 #include "tools/axlecast/command/trips_command.h"
-#include "core/base/result.h"
 #include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>

@@ -4,8 +4,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <iostream>
-#include <string>
-#include <string_view>
 
 #include "core/base/text.h"
 #include "core/messages/json/field.h"

@@ -8,7 +8,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/base/utc_text.h"
@@ -16,9 +15,7 @@
 #include "core/device/parameter.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
-#include "tools/axlecast/command/command_run.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/axlecast/device_data/parameters.h"
 
 namespace axlecast {
 namespace {

@@ -6,11 +6,9 @@
 #include <map>
 #include <optional>
 
-#include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/config/yaml_text.h"
-#include "core/device/parameter.h"
 #include "tools/axlecast/common/terminal.h"
 
 namespace axlecast {

@@ -11,8 +11,6 @@
 #include "core/base/utc_text.h"
 #include "core/config/load.h"
 #include "tools/axlecast/common/terminal.h"
-#include "tools/log/log_event.h"
-#include "tools/log/log_reader.h"
 
 namespace axlecast {
 namespace {

@@ -8,7 +8,6 @@
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
 #include "tools/axlecast/logs/log_input.h"
-#include "tools/log/log_event.h"
 
 namespace axlecast {
 namespace {

@@ -13,14 +13,11 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
-#include <span>
-#include <string>
 
 #include "core/messages/json/field.h"
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/pty.h"
 #include "drivers/hal/simulated_can.h"
-#include "drivers/hal/simulated_port.h"
 #include "drivers/hal/simulated_spi.h"
 #include "platform/net/unix_address.h"
 #include "platform/os/system_clock.h"

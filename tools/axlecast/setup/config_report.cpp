@@ -10,7 +10,6 @@
 #include "core/base/text.h"
 #include "core/command/keys.h"
 #include "core/config/load.h"
-#include "core/config/machine_config.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/config_option.h"
