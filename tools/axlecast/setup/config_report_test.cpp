@@ -84,9 +84,10 @@ TEST(ConfigText, NamesTheRecordersLogs) {
 }
 
 TEST(ConfigWarnings, EachNamesCauseAndRemedy) {
-  EXPECT_THAT(BusWarnings(Machine("simulate: true, poll_hz: 19000")),
-              ElementsAre(HasSubstr("bus b0: readings take 97 % of the wire's time: commands and retries will cost "
-                                    "readings; poll_hz 17647 or less")));
+  EXPECT_THAT(
+      BusWarnings(Machine("simulate: true, poll_hz: 19000")),
+      ElementsAre(HasSubstr("bus b0: readings take 97 % of the wire's time: commands and retries will replace "
+                            "readings; poll_hz 17647 or less")));
   EXPECT_THAT(BusWarnings(Machine("link: {port: /dev/serial/by-id/usb-x}, poll_hz: 2000")),
               ElementsAre(HasSubstr("a USB adapter answers at most about 1000 times a second")));
   EXPECT_THAT(BusWarnings(Machine("link: {port: /dev/ttyUSB0}")),

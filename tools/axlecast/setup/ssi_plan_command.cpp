@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "core/device/operation.h"
 #include "core/messages/json/field.h"
@@ -139,7 +140,9 @@ void AddSsiPlanCommand(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("ssi-plan", "Calculate the clock that an SSI line allows: delay, limits, evaluation time");
   const auto add = [command](const char* name, auto& value, const char* help, double min, double max) {
-    return command->add_option(name, value, help)->check(CLI::Range(min, max))->capture_default_str();
+    using Value = std::remove_reference_t<decltype(value)>;
+    const CLI::Range range(static_cast<Value>(min), static_cast<Value>(max));
+    return command->add_option(name, value, help)->check(range)->capture_default_str();
   };
   add("--cable", line.cable_m, "Length of the cable, m", 0, 10'000)->required()->default_str("");
   add("--bits", options->question.bits, "Bits of the data word", 1, 64)->required()->default_str("");
