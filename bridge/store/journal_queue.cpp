@@ -165,22 +165,22 @@ void DeviceMemory::VoidDatum(const std::string& device, const DatumVoided& voide
 bool DeviceMemory::Apply(const std::string& device, const DeviceChange& change) {
   AxisRecord& axis = axes_[device];
   const auto apply = [&](const auto& one) {
-    using Change = std::decay_t<decltype(one)>;
-    if constexpr (std::is_same_v<Change, DatumRecord>) {
+    using Kind = std::decay_t<decltype(one)>;
+    if constexpr (std::is_same_v<Kind, DatumRecord>) {
       SetDatum(device, one);
-    } else if constexpr (std::is_same_v<Change, DatumVoided>) {
+    } else if constexpr (std::is_same_v<Kind, DatumVoided>) {
       VoidDatum(device, one);
-    } else if constexpr (std::is_same_v<Change, WritesAdded>) {
+    } else if constexpr (std::is_same_v<Kind, WritesAdded>) {
       axis.writes = std::max<std::int64_t>(axis.writes + one.writes, 0);
       if (axis.since_utime == 0) axis.since_utime = one.utime;
-    } else if constexpr (std::is_same_v<Change, ReferenceChanged>) {
+    } else if constexpr (std::is_same_v<Kind, ReferenceChanged>) {
       axis.reference_lost = one.lost;
-    } else if constexpr (std::is_same_v<Change, IdentityChanged>) {
+    } else if constexpr (std::is_same_v<Kind, IdentityChanged>) {
       axis.identity = one.identity;
-    } else if constexpr (std::is_same_v<Change, EncoderExchanged>) {
+    } else if constexpr (std::is_same_v<Kind, EncoderExchanged>) {
       VoidDatum(device, {one.utime, kExchangedReason});
       axis = {.identity = one.identity, .since_utime = one.utime};
-    } else if constexpr (std::is_same_v<Change, AlarmMark>) {
+    } else if constexpr (std::is_same_v<Kind, AlarmMark>) {
       marks_[{device, one.kind, one.alarm}] = one;
     } else {
       marks_.erase({device, one.kind, one.alarm});

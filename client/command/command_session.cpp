@@ -221,24 +221,25 @@ void CommandSession::EndWhenHopeless(MonoNs now) {
     End(std::string(unauthorized_ > 0 ? kUnauthorizedStatuses : "the bridge fell silent") +
         ": ask for this id later, and look at the device");
   } else if (unauthorized_ > 0) {
-    EndNotAccepted(std::string(kUnauthorizedStatuses) +
-                   " (bridge: key: public): put the running bridge's public key there; nothing was sent");
+    std::string text(kUnauthorizedStatuses);
+    text.append(" (bridge: key: public): put the running bridge's public key there; nothing was sent");
+    EndNotAccepted(text);
   } else {
     EndNotAccepted(
         "no bridge answers on the command port: start axlecast-bridge (or axlecast up); nothing was sent");
   }
 }
 
-void CommandSession::End(std::string problem) {
-  result_.problem = std::move(problem);
+void CommandSession::End(std::string_view problem) {
+  result_.problem = problem;
   done_ = true;
 }
 
 // A query does not show whether a command was accepted.
-void CommandSession::EndNotAccepted(std::string problem) {
+void CommandSession::EndNotAccepted(std::string_view problem) {
   result_.not_accepted = !only_query_;
   result_.can_resend = !only_query_;
-  End(std::move(problem));
+  End(problem);
 }
 
 CommandSessions::CommandSessions(const Clock& clock, MessageSink& sink, std::int64_t boot_id, ClientKeys keys)

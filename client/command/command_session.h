@@ -74,8 +74,8 @@ class CommandSession {
   [[nodiscard]] MonoNs HopelessAt() const;
   void EndWhenHopeless(MonoNs now);
   void EndNotTakenOver();
-  void End(std::string problem);
-  void EndNotAccepted(std::string problem);
+  void End(std::string_view problem);
+  void EndNotAccepted(std::string_view problem);
 
   CommandRequest request_;
   ClientKeys keys_;

@@ -31,16 +31,17 @@ std::size_t EndOfQuote(std::string_view text, std::size_t begin) {
 
 // What a line of YAML leaves open for the next.
 struct OpenParts {
-  int flow = 0;  // depth of [ and {
-  std::optional<std::size_t>
-      block;  // indentation of the line that begins a text of | or >: its quotes are characters
+  int flow = 0;                       // depth of [ and {
+  bool in_block = false;              // in a text of | or >: its quotes are characters
+  std::size_t block_indentation = 0;  // of the line that begins this text
 };
 
 // Returns the place of a quote that opens a value and is not closed in the line.
 std::optional<std::size_t> OpenQuoteOf(std::string_view line, OpenParts& open) {
   const std::size_t indentation = line.find_first_not_of(" \t\r");
-  if (indentation == std::string_view::npos || (open.block && indentation > *open.block)) return std::nullopt;
-  open.block.reset();
+  if (indentation == std::string_view::npos || (open.in_block && indentation > open.block_indentation))
+    return std::nullopt;
+  open.in_block = false;
   bool begins_value = true;
   for (std::size_t at = indentation; at < line.size(); ++at) {
     const char c = line[at];
@@ -48,7 +49,8 @@ std::optional<std::size_t> OpenQuoteOf(std::string_view line, OpenParts& open) {
     if (IsBlank(c)) continue;
     if (c == '#' && (at == 0 || IsBlank(line[at - 1]))) break;
     if ((c == '|' || c == '>') && begins_value && open.flow == 0) {
-      open.block = indentation;
+      open.in_block = true;
+      open.block_indentation = indentation;
       break;
     }
     if ((c == '"' || c == '\'') && begins_value) {

@@ -50,7 +50,7 @@ Result<LcmUrl> ParseLcmUrl(std::string_view url) {
     parsed.in_process = true;
     return parsed;
   }
-  if (!url.starts_with("udpm://")) return Failure(std::string("is no udpm:// URL, ") + kExample);
+  if (!url.starts_with("udpm://")) return Failure("is no udpm:// URL, " + std::string(kExample));
   std::string_view options = url.substr(7);
   std::string_view address = Next(options, '?');
   parsed.group = std::string(Next(address, ':'));

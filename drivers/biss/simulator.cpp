@@ -24,8 +24,8 @@ struct SimulatedEncoder final : ShaftEncoder<SimulatedEncoder> {
   // What is wrong with the line, besides a fault.
   enum class Wiring : std::uint8_t { kGood, kOpen, kShorted, kSwapped };
 
-  SimulatedEncoder(int bits, int turn_bits, const ShaftStart& start)
-      : ShaftEncoder(start), bits(bits), turn_bits(turn_bits) {}
+  SimulatedEncoder(int single_turn_bits, int multi_turn_bits, const ShaftStart& start)
+      : ShaftEncoder(start), bits(single_turn_bits), turn_bits(multi_turn_bits) {}
 
   [[nodiscard]] static const QuantityTable<SimulatedEncoder>& Table() {
     using E = SimulatedEncoder;

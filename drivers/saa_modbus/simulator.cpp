@@ -307,7 +307,9 @@ class SaaModbusSimulator final : public UnitSimulator<SaaModbusUnit> {
     std::copy_n(answer.bytes.data(), answer.bytes.size(), bytes.begin());
     const std::span<std::uint8_t> reply(bytes.data(), answer.bytes.size());
     const std::size_t left = Damage(reply, encoder.fault, encoder.random);
-    Pending pending{.unit = index, .bytes = Frame(Bytes(bytes.data(), left))};
+    Pending pending;
+    pending.unit = index;
+    pending.bytes = Frame(Bytes(bytes.data(), left));
     const MonoNs own_time = line_.paced ? std::llround(encoder.reply_us * 1e3) : 0;
     pending.on_wire.first = request_end + own_time + std::llround(encoder.slow_us() * 1e3);
     pending.on_wire.last = pending.on_wire.first + WireTime(answer.bytes.size(), answer.baud);

@@ -24,7 +24,7 @@ constexpr int kMaxLate = 64;
 // an operator can set. Single-turn, binary; counts rise counter-clockwise, which is our reading: the manual does not
 // state it.
 struct SimulatedEncoder final : ShaftEncoder<SimulatedEncoder> {
-  SimulatedEncoder(int bits, const ShaftStart& start) : ShaftEncoder(start), bits(bits) {}
+  SimulatedEncoder(int resolution_bits, const ShaftStart& start) : ShaftEncoder(start), bits(resolution_bits) {}
 
   [[nodiscard]] static const QuantityTable<SimulatedEncoder>& Table() {
     using E = SimulatedEncoder;

@@ -31,7 +31,10 @@ class BlockReader {
     parts_[done_].data = InlineBytes<kMaxBytes>(answer.reply.data);
     return ++done_ == parts_.size();
   }
-  void Restart() { done_ = failures_ = 0; }
+  void Restart() {
+    done_ = 0;
+    failures_ = 0;
+  }
 
   // The functions below are for a block that was read.
   [[nodiscard]] Bytes Data(const Block& block) const {

@@ -57,7 +57,7 @@ int Backup(const MachineConfig& machine, const BackupOptions& options) {
     OperatorClient client(machine, command.key, !command.json);
     if (const auto ready = client.state(); !ready) return Fail(ready.error().text, kExitBad);
     reading = ReadContents(client, *bus->family, command);
-    exit_code = Check(reading, "");
+    exit_code = CheckReading(reading, "");
     if (exit_code != kExitDone) return exit_code;
   }
   DeviceBackup backup = MakeBackup(*view, *view->FindDevice(command.device), *bus->family, *reading.contents);
@@ -262,7 +262,8 @@ class RestoreRun {
   // Reads the present contents of the device.
   [[nodiscard]] int Read(BackupContents& present) {
     BackupReading reading = ReadContents(client_, family_, options_.command);
-    if (const int exit_code = Check(reading, report_.device + ": "); exit_code != kExitDone) return exit_code;
+    if (const int exit_code = CheckReading(reading, report_.device + ": "); exit_code != kExitDone)
+      return exit_code;
     present = *std::move(reading.contents);
     return kExitDone;
   }

@@ -292,7 +292,7 @@ BackupReading ReadContents(OperatorClient& client, const Family& family, const C
   return reading;
 }
 
-int Check(const BackupReading& reading, const std::string& prefix) {
+int CheckReading(const BackupReading& reading, const std::string& prefix) {
   if (ExitCode(reading.result) != kExitDone) return PrintOutcome(reading.result);
   return reading.contents ? kExitDone : Fail(prefix + reading.contents.error().text, kExitFailed);
 }

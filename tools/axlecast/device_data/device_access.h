@@ -90,7 +90,7 @@ struct BackupReading {
                                          const CommandOptions& options);
 
 // Returns kExitDone if the contents were read. Otherwise prints the error after `prefix`, and returns the exit code.
-[[nodiscard]] int Check(const BackupReading& reading, const std::string& prefix);
+[[nodiscard]] int CheckReading(const BackupReading& reading, const std::string& prefix);
 
 struct ContentsFile {
   BackupContents contents;

@@ -236,7 +236,7 @@ class ReplaceWizard {
 
   [[nodiscard]] int ReadBackup() {
     BackupReading reading = ReadContents(client_, family_, options_.command);
-    if (const int exit_code = Check(reading, "backup: "); exit_code != kExitDone) return exit_code;
+    if (const int exit_code = CheckReading(reading, "backup: "); exit_code != kExitDone) return exit_code;
     const std::string file = options_.backup.empty()
                                  ? BackupFileName(report_.device, clock_.UtcMicroseconds(), ".txt")
                                  : options_.backup;
@@ -300,7 +300,7 @@ class ReplaceWizard {
 
   [[nodiscard]] int WriteCells() {
     const BackupReading present = ReadContents(client_, family_, options_.command);
-    if (const int exit_code = Check(present, "write: "); exit_code != kExitDone) return exit_code;
+    if (const int exit_code = CheckReading(present, "write: "); exit_code != kExitDone) return exit_code;
     const PermittedCells permitted =
         QueryPermitted(client_, options_.command, present.contents->cells, backup_->cells);
     report_.not_permitted = permitted.not_permitted;
