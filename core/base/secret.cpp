@@ -1,6 +1,7 @@
 #include "core/base/secret.h"
 
 #include <array>
+#include <cstring>
 
 namespace axlecast {
 

@@ -152,7 +152,7 @@ class MqttRun {
     const StopSignal stop;
     std::thread sender([this] { SendToBroker(); });
     supervision_.Ready();
-    const Result<> done = intake_.Run(seconds, [this, &stop] {
+    Result<> done = intake_.Run(seconds, [this, &stop] {
       supervision_.Progress(clock_.Now());
       ReportEachSecond();
       return !stop.Requested();

@@ -258,7 +258,7 @@ Result<> SimulationServer::Add(BusPlace place, std::unique_ptr<Simulator> simula
   if (!bus->place.lines.empty()) {
     if (Result<> listening = bus->lines.Listen(bus->place.lines); !listening) return listening;
   }
-  if (const Result<> listening = bus->control.Listen(bus->place.control); !listening) return listening;
+  if (Result<> listening = bus->control.Listen(bus->place.control); !listening) return listening;
   buses_.push_back(std::move(bus));
   return {};
 }

@@ -57,7 +57,7 @@ class MachineRun {
 
   // Checks the requirements before anything starts.
   [[nodiscard]] Result<> Prepare() {
-    if (const Result<> complete = CheckPrograms(machine_); !complete) return complete;
+    if (Result<> complete = CheckPrograms(machine_); !complete) return complete;
     for (const std::string& url : {machine_.lcm.url, machine_.lcm.command_url}) {
       if (const Result<> usable = CheckMulticast(url); !usable) {
         return Failure(usable.error().text + "\nor run in a separate network namespace: axlecast up --isolated " +
@@ -66,7 +66,7 @@ class MachineRun {
     }
     const std::string directory = RunDirectory(machine_.machine);
     for (const std::string& path : {directory, directory + "/log"}) {
-      if (const Result<> done = PrepareRunDirectory(path); !done) return done;
+      if (Result<> done = PrepareRunDirectory(path); !done) return done;
     }
     if (const Result<> locked = lock_.Acquire(directory + "/up.lock"); !locked) {
       return Failure("machine " + machine_.machine + " is already up (" + locked.error().text +

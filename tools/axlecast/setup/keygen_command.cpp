@@ -79,12 +79,12 @@ std::string KeyDirectory(const std::string& machine) {
 
 Result<> WriteKeys(std::vector<KeyFile>& files, bool replace) {
   if (!replace) {
-    if (const Result<> absent = CheckAbsent(files); !absent) return absent;
+    if (Result<> absent = CheckAbsent(files); !absent) return absent;
   }
   for (std::size_t i = 0; i < files.size(); ++i) {
     const SigningKey key = SigningKey::Generate();
     const Secret text(key.FileText());
-    const Result<> written = WriteNewFile(files[i].file, text.text(), files[i].access, replace);
+    Result<> written = WriteNewFile(files[i].file, text.text(), files[i].access, replace);
     files[i].key = key.public_key();
     if (written) continue;
     // Replaced files cannot be restored; new files are removed.
@@ -196,7 +196,7 @@ Result<> Write(const KeygenOptions& options, std::vector<KeyFile>& files) {
     GiveToReaders(files, group, geteuid() == 0 ? &FindGroup : &NoGroup);
   }
   const std::string directory = std::filesystem::path(files[0].file).parent_path().string();
-  if (const Result<> made = MakeDirectory(directory); !made) return made;
+  if (Result<> made = MakeDirectory(directory); !made) return made;
   return WriteKeys(files, options.force);
 }
 

@@ -124,7 +124,7 @@ ScanLineKind KindOf(const std::string& port) {
 
 Result<> CompleteOptions(ScanOptions& options) {
   if (!options.addresses.empty()) {
-    if (const Result<> parsed = ParseAddresses(options.addresses, options.scope); !parsed) return parsed;
+    if (Result<> parsed = ParseAddresses(options.addresses, options.scope); !parsed) return parsed;
   }
   if (!IsName(options.place.machine)) return Failure("--machine: " + Quoted(options.place.machine) + kNameRule);
   if (!IsName(options.place.bus)) return Failure("--bus: " + Quoted(options.place.bus) + kNameRule);
