@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -50,16 +49,7 @@ struct Position {
   std::uint32_t counts = 0;  // [0, 2^bits) without an error
 };
 // Parses the data of a frame 1NN, 2 to 8 bytes. Bytes after the position are ignored.
-[[nodiscard]] inline Position ParsePosition(Bytes data, const Format& format) {
-  const std::size_t size = DataBytes(format.bits);
-  if (data.size() < size) return {.error = PositionError::kShort};
-  std::uint32_t counts = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    counts = counts << 8U | data[format.big_endian ? i : size - 1 - i];
-  }
-  if (counts >> static_cast<unsigned>(format.bits) != 0) return {.error = PositionError::kRange};
-  return {.counts = counts};
-}
+[[nodiscard]] Position ParsePosition(Bytes data, const Format& format);
 
 // ---- commands to one node: (3) ①, ④ to ⑧ ----
 
@@ -70,13 +60,8 @@ enum class Command : std::uint8_t {
   kDirection = 0x22,  // ④ positive, ⑤ inverse: printed with the same bytes
   kPeriod = 0x31,     // ⑦ TT positions a second, ⑧ stop: printed with the same bytes
 };
-[[nodiscard]] inline CanFrame EightBytes(std::uint32_t id, std::uint8_t d0, std::uint8_t d1, std::uint8_t d2) {
-  return {.id = id, .data = {d0, d1, d2, 0, 0, 0, 0, 0}};
-}
 // `parameter` is D2: TT of ⑦, otherwise 0 as printed.
-[[nodiscard]] inline CanFrame CommandFrame(Command command, std::uint8_t node, std::uint8_t parameter = 0) {
-  return EightBytes(RequestId(node), static_cast<std::uint8_t>(command), node, parameter);
-}
+[[nodiscard]] CanFrame CommandFrame(Command command, std::uint8_t node, std::uint8_t parameter = 0);
 
 struct Request {
   Command command = Command::kStart;
@@ -84,24 +69,13 @@ struct Request {
   std::uint8_t parameter = 0;
 };
 // Parses the data of a frame 2NN; nothing for data that are no command of the manual.
-[[nodiscard]] inline std::optional<Request> ParseRequest(Bytes data) {
-  constexpr std::array kCommands = {Command::kStart, Command::kRead, Command::kZero, Command::kDirection,
-                                    Command::kPeriod};
-  if (data.size() < 2) return std::nullopt;
-  const auto* const command = std::find(kCommands.begin(), kCommands.end(), static_cast<Command>(data[0]));
-  if (command == kCommands.end()) return std::nullopt;
-  return Request{*command, data[1], data.size() > 2 ? data[2] : std::uint8_t{0}};
-}
+[[nodiscard]] std::optional<Request> ParseRequest(Bytes data);
 
 // The commands whose reply is their own code on 1NN, the identifier of positions.
 inline constexpr std::array kAcknowledged = {Command::kZero, Command::kDirection, Command::kPeriod};
 // Returns whether the data of a frame 1NN may be the reply to the command: its code, then 00 in the other bytes of a
 // position with this many bits. The data are then a position too: 0x0020, 0x0022 or 0x0031, little-endian.
-[[nodiscard]] inline bool MayAcknowledge(Bytes data, Command command, int bits) {
-  if (data.size() < 2 || data[0] != static_cast<std::uint8_t>(command)) return false;
-  const Bytes rest = data.subspan(1, std::min(data.size(), DataBytes(bits)) - 1);
-  return std::all_of(rest.begin(), rest.end(), [](std::uint8_t byte) { return byte == 0; });
-}
+[[nodiscard]] bool MayAcknowledge(Bytes data, Command command, int bits);
 
 // ---- the dialogue with every node at once: (3) ②③ ----
 
@@ -110,49 +84,23 @@ enum class Service : std::uint8_t {
   kNode = 0x11,     // ②
   kBitrate = 0x13,  // ③
 };
-[[nodiscard]] inline CanFrame ServiceFrame(Service service, std::uint8_t d1, std::uint8_t d2) {
-  return EightBytes(kConfigureId, static_cast<std::uint8_t>(service), d1, d2);
-}
-[[nodiscard]] inline CanFrame ModeFrame(bool configuration) {
-  return ServiceFrame(Service::kMode, configuration ? 1 : 0, 0);
-}
-[[nodiscard]] inline CanFrame NodeFrame(std::uint8_t node) { return ServiceFrame(Service::kNode, node, 0); }
-[[nodiscard]] inline CanFrame BitrateFrame(std::uint8_t code) { return ServiceFrame(Service::kBitrate, 0, code); }
+[[nodiscard]] CanFrame ServiceFrame(Service service, std::uint8_t d1, std::uint8_t d2);
+[[nodiscard]] CanFrame ModeFrame(bool configuration);
+[[nodiscard]] CanFrame NodeFrame(std::uint8_t node);
+[[nodiscard]] CanFrame BitrateFrame(std::uint8_t code);
 
 // Returns whether the data of a sent frame 7E5 give the encoder another node id or bit rate.
-[[nodiscard]] inline bool SetsParameter(Bytes data) {
-  if (data.empty()) return false;
-  const auto service = static_cast<Service>(data[0]);
-  return service == Service::kNode || service == Service::kBitrate;
-}
+[[nodiscard]] bool SetsParameter(Bytes data);
 
 struct ServiceReply {
   Service service = Service::kNode;
   std::uint8_t result = 0;  // 00: success
 };
 // Parses the data of a frame 7E5 or 7E4; nothing if they are surely no reply.
-[[nodiscard]] inline std::optional<ServiceReply> ParseServiceReply(Bytes data) {
-  if (data.size() < 2 || !SetsParameter(data)) return std::nullopt;
-  return ServiceReply{static_cast<Service>(data[0]), data[1]};
-}
+[[nodiscard]] std::optional<ServiceReply> ParseServiceReply(Bytes data);
 
-// A code of ③: "(00:1M, 02:500K, 03:250K)".
-struct BitTiming {
-  std::uint8_t code;
-  std::int64_t bitrate;
-};
-inline constexpr std::array kBitTimings = {BitTiming{0x00, 1'000'000}, BitTiming{0x02, 500'000},
-                                           BitTiming{0x03, 250'000}};
 // Convert between bit rates and the codes of ③: 1M, 500K, 250K; nothing for other values.
-[[nodiscard]] inline std::optional<std::uint8_t> BitrateCode(std::int64_t bitrate) {
-  const auto* const found = std::find_if(kBitTimings.begin(), kBitTimings.end(),
-                                         [&](const auto& timing) { return timing.bitrate == bitrate; });
-  return found == kBitTimings.end() ? std::nullopt : std::optional(found->code);
-}
-[[nodiscard]] inline std::optional<std::int64_t> BitrateOf(std::uint8_t code) {
-  const auto* const found =
-      std::find_if(kBitTimings.begin(), kBitTimings.end(), [&](const auto& timing) { return timing.code == code; });
-  return found == kBitTimings.end() ? std::nullopt : std::optional(found->bitrate);
-}
+[[nodiscard]] std::optional<std::uint8_t> BitrateCode(std::int64_t bitrate);
+[[nodiscard]] std::optional<std::int64_t> BitrateOf(std::uint8_t code);
 
 }  // namespace axlecast::saa_can
