@@ -110,7 +110,7 @@ class Live(PageTest):
         self.assertGreater(at_trip, 400)  # W: the limit that it tripped over
         browser.run("document.querySelector('.trip-panels').focus()")
         browser.press(*[LEFT] * 19)
-        browser.wait("return document.querySelector('.trip-detail .where').innerText.includes('before the trip')", "the read-out moves")
+        browser.wait("return document.querySelector('.trip-detail .where').innerText === '19.0 s before the trip'", "all keys arrived")
         self.assertLess(self.number(browser, f"{power} .number"), at_trip)
         self.picture(browser, "trip")
 
