@@ -13,7 +13,7 @@
 namespace axlecast {
 namespace {
 
-// Signals that end a process without unwinding it, and those that stop and continue it.
+// Signals that end a process without unwinding it.
 constexpr std::array kEnding = {SIGHUP, SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
 
 // The state of the only object, for its signal handlers.
@@ -52,6 +52,14 @@ void Catch(int number, void (*handler)(int), struct sigaction* old) {
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
   sigaction(number, &action, old);
+}
+
+// Catches a signal that would end the process. One that is ignored, or has a handler that continues (SIGBUS of mapped files),
+// keeps its action.
+void CatchEnding(int number, struct sigaction& old) {
+  sigaction(number, nullptr, &old);
+  const bool ends = (old.sa_flags & SA_SIGINFO) == 0 && old.sa_handler == SIG_DFL;
+  if (ends) Catch(number, &OnEnding, nullptr);
 }
 
 void OnStop(int number) {
@@ -124,7 +132,7 @@ TerminalKeys::TerminalKeys() {
   key_by_key.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
   key_by_key.c_cc[VMIN] = 1;
   key_by_key.c_cc[VTIME] = 0;
-  for (std::size_t i = 0; i < kEnding.size(); ++i) Catch(kEnding[i], &OnEnding, &ending_before[i]);
+  for (std::size_t i = 0; i < kEnding.size(); ++i) CatchEnding(kEnding[i], ending_before[i]);
   Catch(SIGTSTP, &OnStop, &stop_before);
   Catch(SIGCONT, &OnContinue, &continue_before);
   SetTerminal(key_by_key);

@@ -281,6 +281,15 @@ class Keys(Replay):
         self.ended(replay, 0)
         self.shows(b"then stopped")
 
+    def test_a_log_that_is_cut_ends_its_replay_and_restores_the_terminal(self):
+        log = self.write_log(ramp(20_000))
+        replay = self.begin(log, "--paused")
+        wait_for(lambda: self.sees(b"paused"), lambda: self.screen)
+        os.truncate(log, 0)
+        self.press(b"\x1b[C ")  # looks for a place in what was cut off
+        self.ended(replay, 3)
+        self.shows(b"was made shorter while it was read")
+
     def test_the_terminal_is_restored_however_it_ends(self):
         log = self.write_log([(0, "A", b""), (1_000_000_000, "B", b"")])
         for number, code in ((signal.SIGTERM, 0), (signal.SIGINT, 0), (signal.SIGQUIT, -signal.SIGQUIT),

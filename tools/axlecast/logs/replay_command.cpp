@@ -241,7 +241,8 @@ std::string NothingPlayed(const Replay& replay) {
 int Finish(const Replay& replay, const ReplayOutcome& outcome, bool json) {
   if (json) std::cout << JsonLine(ReplayJson(replay, outcome)) << std::endl;
   std::cerr << ReplaySummary(replay, outcome);
-  if (replay.counts().played == 0 && !outcome.stopped) return Fail(NothingPlayed(replay), kExitBad);
+  if (replay.counts().played == 0 && !outcome.stopped && outcome.loss.empty())
+    return Fail(NothingPlayed(replay), kExitBad);
   const bool whole = replay.damage().regions == 0 && outcome.unsent == 0 && outcome.loss.empty();
   return whole ? kExitDone : kExitLosses;
 }
