@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -136,6 +137,20 @@ struct Event {
   bool early =
       false;        // kUnexpectedBytes: the wire cannot have carried it in reply to the request that was under way
   int device = -1;  // whose step it ends, by order on the bus; -1: an event of the whole bus
+
+  // Returns the time at which it was over.
+  [[nodiscard]] constexpr MonoNs End() const { return std::max(sent.last, received.last); }
+
+  // Returns the interval in which a polled device acted, or sampled its position: after the last character of the
+  // request, and before the first of a reply of `reply_size` characters. `character`: time of one on the wire; 0 where
+  // the wire is simulated and may be faster than a real one.
+  [[nodiscard]] constexpr Interval ActedWithin(std::size_t reply_size, MonoNs character) const {
+    const MonoNs earliest = sent.first + static_cast<MonoNs>(request.size()) * character;
+    // The first read returned at least one character, the last read all of them.
+    const MonoNs latest =
+        std::min(received.first - character, received.last - static_cast<MonoNs>(reply_size) * character);
+    return {earliest, std::max(earliest, latest)};
+  }
 
   // Returns true for an event about a CAN frame.
   [[nodiscard]] static constexpr bool IsFrame(Kind kind) {

@@ -156,7 +156,7 @@ class BissDevice final : public CommandDevice<PositionReadout> {
       default:
         break;
     }
-    runner_.ExpireIfLate(std::max(event.sent.last, event.received.last));
+    runner_.ExpireIfLate(event.End());
   }
 
  private:

@@ -250,7 +250,7 @@ class SaaCanDevice final : public CommandDevice<Procedure> {
   void On(const Event& event) override {
     if (event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown) return OnLink(event);
     if (!link_up_) return;
-    const MonoNs now = EndOf(event);
+    const MonoNs now = event.End();
     NoteOwn(event, now);
     const Interpreter::Evaluation evaluation = interpreter_.Evaluate(event);
     if (runner_.busy() && !runner_.ExpireIfLate(now)) Report(runner_.procedure().On(event, evaluation, now));
@@ -345,9 +345,9 @@ class SaaCanDevice final : public CommandDevice<Procedure> {
       period_to_set_ = settings_.set_per_second.has_value();
       to_start_ = settings_.start;
       not_before_ = 0;
-      return interpreter_.OnLinkUp(EndOf(event));
+      return interpreter_.OnLinkUp(event.End());
     }
-    interpreter_.OnLinkDown(EndOf(event));
+    interpreter_.OnLinkDown(event.End());
     runner_.OnLinkLost();
   }
   void NoteOwn(const Event& event, MonoNs now) {

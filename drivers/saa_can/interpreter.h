@@ -63,11 +63,6 @@ struct Reading {
   Interval at;  // of a position: contains the sampling time; otherwise of the frame
 };
 
-// Returns the end of the event.
-[[nodiscard]] constexpr MonoNs EndOf(const Event& event) {
-  return event.sent.last > event.received.last ? event.sent.last : event.received.last;
-}
-
 // These commands request a position. All others may change something that the encoder stores: they count as wear, because
 // the manual does not exclude it.
 inline bool IsForPosition(Command command) { return command == Command::kRead || command == Command::kStart; }
@@ -117,7 +112,7 @@ class Interpreter {
     std::optional<Command> acknowledged;  // withheld: the reply to this command, or a position that looks like it
   };
   Evaluation Evaluate(const Event& event) {
-    now_ = std::max(now_, EndOf(event));
+    now_ = std::max(now_, event.End());
     Evaluation evaluation;
     switch (event.kind) {
       case Event::Kind::kFrame:

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/device/operation.h"
+#include "drivers/kit/listening_probe.h"
 #include "drivers/saa_can/codec.h"
 #include "drivers/saa_can/family.h"
 
@@ -92,20 +93,10 @@ ProbeHit CanopenNode(std::uint32_t node, bool process_data) {
   return hit;
 }
 
-class ListeningProbe final : public Probe {
+class TrafficProbe final : public ListeningProbe {
  public:
-  explicit ListeningProbe(MonoNs now) : until_(now + kListen), now_(now) {}
+  explicit TrafficProbe(MonoNs now) : ListeningProbe(now, kListen) {}
 
-  [[nodiscard]] std::optional<Step> Next(MonoNs now) const override {
-    if (lost_ || now >= until_) return std::nullopt;
-    return Step{.action = Listen{until_}};
-  }
-  void On(const Event& event) override {
-    lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
-    now_ = std::max(now_, event.received.last);
-    const bool standard = event.id <= kCanStandardMask;  // with data, and no report of the controller
-    if (event.kind == Event::Kind::kFrame && standard) traffic_[event.id].Add(event.bytes, event.received.last);
-  }
   [[nodiscard]] std::vector<ProbeHit> Findings() const override {
     std::vector<ProbeHit> hits;
     for (const auto& [id, traffic] : traffic_) {
@@ -119,19 +110,17 @@ class ListeningProbe final : public Probe {
     }
     return hits;
   }
-  [[nodiscard]] double Progress() const override {
-    return 1 - static_cast<double>(std::clamp<MonoNs>(until_ - now_, 0, kListen)) / static_cast<double>(kListen);
-  }
 
  private:
+  void Take(const Event& event) override {
+    const bool standard = event.id <= kCanStandardMask;  // with data, and no report of the controller
+    if (event.kind == Event::Kind::kFrame && standard) traffic_[event.id].Add(event.bytes, event.received.last);
+  }
   [[nodiscard]] bool IsCanopen(std::uint32_t node) const {
     const auto heartbeat = traffic_.find(kHeartbeatBase + node);
     return heartbeat != traffic_.end() && heartbeat->second.IsHeartbeat();
   }
 
-  MonoNs until_;
-  MonoNs now_;
-  bool lost_ = false;
   std::map<std::uint32_t, Traffic> traffic_;  // by 11-bit identifier
 };
 
@@ -144,7 +133,7 @@ std::vector<ProbeTrial> saa_can_probe(const ProbeScope&) {
   ProbeTrial trial;
   trial.what = "positions of SAA encoders, CANopen nodes";
   trial.longest = saa_can::kListen;
-  trial.make = [](MonoNs now) { return std::make_unique<saa_can::ListeningProbe>(now); };
+  trial.make = [](MonoNs now) { return std::make_unique<saa_can::TrafficProbe>(now); };
   return {trial};
 }
 

@@ -1,6 +1,5 @@
 #include "drivers/saa_modbus/codec.h"
 
-#include <algorithm>
 #include <array>
 
 #include "drivers/protocol/modbus/adu.h"
@@ -207,16 +206,5 @@ Answer Interpret(const Event& event, int bits) {
   answer.unanswered = answer.error && !HasCome(answer, event);
   return answer;
 }
-
-Interval SamplingInstant(const Event& event, MonoNs character) {
-  const auto characters = [&](std::size_t count) { return static_cast<MonoNs>(count) * character; };
-  const MonoNs earliest = event.sent.first + characters(event.request.size());
-  // The first read returned at least one character, the last read all of them.
-  const MonoNs latest =
-      std::min(event.received.first - characters(1), event.received.last - characters(event.bytes.size()));
-  return {earliest, std::max(earliest, latest)};
-}
-
-MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
 
 }  // namespace axlecast::saa_modbus

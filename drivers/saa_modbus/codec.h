@@ -104,12 +104,4 @@ struct Answer {
 // Returns the answer of an exchange. It depends on the event (kReply or kTimeout) alone.
 [[nodiscard]] Answer Interpret(const Event& event, int bits);
 
-// Returns the interval within which the position was sampled. The encoder samples after the last character of the request
-// and before the first of its reply; the exact time is not documented. `character`: time of one on the wire (0
-// where the wire is simulated and may be faster than a real one).
-[[nodiscard]] Interval SamplingInstant(const Event& event, MonoNs character);
-
-// Returns when the exchange was over.
-[[nodiscard]] MonoNs EndOf(const Event& event);
-
 }  // namespace axlecast::saa_modbus

@@ -51,7 +51,7 @@ void CheckEvent(Bytes request, Bytes reply, int bits, bool complete) {
   Require(answer.ok() == !answer.error);
   Require(!answer.ok() || complete);
   Require(!answer.unanswered || !answer.ok());
-  const Interval at = SamplingInstant(event, 500);
+  const Interval at = event.ActedWithin(event.bytes.size(), 500);
   Require(at.first <= at.last);
 }
 

@@ -75,7 +75,7 @@ class SaaModbusDevice final : public CommandDevice<Procedure> {
   }
 
   void On(const Event& event) override {
-    const MonoNs end = EndOf(event);
+    const MonoNs end = event.End();
     switch (event.kind) {
       case Event::Kind::kReply:
       case Event::Kind::kTimeout:
@@ -157,7 +157,7 @@ class SaaModbusDevice final : public CommandDevice<Procedure> {
   // ---- events ----
 
   void OnExchange(const Event& event) {
-    const MonoNs end = EndOf(event);
+    const MonoNs end = event.End();
     const Answer answer = interpreter_.OnExchange(event);
     sent_.Clear();
     line_unclear_ = answer.unanswered || answer.error == ErrorKind::kChecksum;

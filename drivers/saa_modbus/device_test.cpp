@@ -74,19 +74,6 @@ TEST(SaaModbusDevice, BoundsTheInstantOfThePosition) {
   }
 }
 
-TEST(SamplingInstant, LeavesOutTheWiresTime) {
-  const ByteList request(8);
-  const ByteList reply(7);
-  const Event event{.kind = Event::Kind::kReply,
-                    .sent = {1000, 1500},
-                    .received = {20'000, 21'000},
-                    .request = request,
-                    .bytes = reply};
-  EXPECT_EQ(SamplingInstant(event, 100), (Interval{1'800, 19'900}));
-  EXPECT_EQ(SamplingInstant(event, 1'000), (Interval{9'000, 14'000}));
-  EXPECT_EQ(SamplingInstant(event, 10'000), (Interval{81'000, 81'000})) << "never turned around";
-}
-
 TEST(SaaModbusDevice, ASilentEncoderIsATimeoutAndComesBack) {
   Machine machine;
   machine.Run(200 * kMillisecond);

@@ -39,8 +39,7 @@ class Interpreter {
       return answer;
     }
     // A search at another address expects silence: a timeout there is not an error.
-    if (own || answer.error != ErrorKind::kTimeout)
-      output_.OnError(*answer.error, {event.sent.first, EndOf(event)});
+    if (own || answer.error != ErrorKind::kTimeout) output_.OnError(*answer.error, {event.sent.first, event.End()});
     if (!own || answer.asked.function != kReadPosition) return answer;
     const bool silent = answer.unanswered && answer.error != ErrorKind::kException;
     silent_in_a_row_ = silent ? silent_in_a_row_ + 1 : 0;
@@ -80,7 +79,7 @@ class Interpreter {
     Sample sample;
     LineFormat present = wire_;
     if (wire_.baud > 0) present.baud = connection_.port_baud;
-    sample.at = SamplingInstant(event, present.ShortestCharacter());
+    sample.at = event.ActedWithin(event.bytes.size(), present.ShortestCharacter());
     sample.counts = answer.reply.counts;
     output_.OnSample(sample);
   }

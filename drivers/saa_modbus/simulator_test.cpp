@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <yaml-cpp/yaml.h>
 
+#include "core/config/config_map.h"
 #include "core/config/machine_config.h"
 #include "drivers/saa_modbus/settings.h"
 #include "tests/support/golden_file.h"

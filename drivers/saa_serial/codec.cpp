@@ -115,17 +115,6 @@ MatchReply MatchRule(const Format& format) {
   return kRules.at(SizeIndex(format.bits)).at(static_cast<std::size_t>(format.header));
 }
 
-MonoNs Characters(std::size_t count, MonoNs character) { return static_cast<MonoNs>(count) * character; }
-
-// It samples after the request, or the falling edge, and before the first bit of its reply.
-Interval PolledInstant(const Event& event, std::size_t frame_size, MonoNs character) {
-  const MonoNs earliest = event.sent.first + Characters(event.request.size(), character);
-  // The first read returned at least one byte, the last read all of them.
-  const MonoNs latest =
-      std::min(event.received.first - character, event.received.last - Characters(frame_size, character));
-  return {earliest, std::max(earliest, latest)};
-}
-
 }  // namespace
 
 ReplyLength LengthRule(int bits) {
@@ -145,7 +134,7 @@ ReplyShape ShapeOf(const Format& format) {
 PolledReading ReadReply(const Event& event, const Format& format, MonoNs character) {
   PolledReading polled;
   Reading& reading = polled.reading;
-  reading.at = {event.sent.first, EndOf(event)};
+  reading.at = {event.sent.first, event.End()};
   if (event.bytes.empty()) {
     reading.error = ErrorKind::kTimeout;
     return polled;
@@ -164,10 +153,8 @@ PolledReading ReadReply(const Event& event, const Format& format, MonoNs charact
     return polled;
   }
   reading.counts = reply.counts;
-  reading.at = PolledInstant(event, size, character);
+  reading.at = event.ActedWithin(size, character);
   return polled;
 }
-
-MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
 
 }  // namespace axlecast::saa_serial

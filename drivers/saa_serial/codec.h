@@ -87,7 +87,4 @@ struct PolledReading {
 // Returns what distinguishes the encoder's replies from others on its bus: its address, if the reply must contain it.
 [[nodiscard]] ReplyShape ShapeOf(const Format& format);
 
-// Returns the time at which the event ended.
-[[nodiscard]] MonoNs EndOf(const Event& event);
-
 }  // namespace axlecast::saa_serial

@@ -71,7 +71,7 @@ class Interpreter {
       case Event::Kind::kTimeout:
         if (settings_.zero_command && ParseRequest(event.request) == settings_.zero_command) {
           quiet_needed_ = event.bytes.empty() ? 0 : settings_.silence;
-          BeginJump(EndOf(event));
+          BeginJump(event.End());
         } else {
           OnPolled(event);
         }
@@ -85,7 +85,7 @@ class Interpreter {
         }
         break;
       case Event::Kind::kPulsed:  // only CLR is pulsed without an exchange
-        BeginJump(EndOf(event));
+        BeginJump(event.End());
         break;
       case Event::Kind::kSilent:
         quiet_needed_ = 0;
@@ -93,7 +93,7 @@ class Interpreter {
       default:
         break;
     }
-    if (mode_ == Mode::kTiming && cadence_.FellSilent(EndOf(event))) {
+    if (mode_ == Mode::kTiming && cadence_.FellSilent(event.End())) {
       answering_ = false;
       output_.OnError(ErrorKind::kSilent, event.received);
     }
@@ -219,7 +219,7 @@ class SaaDevice final : public CommandDevice<Procedure> {
     if (zeroing_) runner_.procedure().OnZeroStarted();
   }
   void On(const Event& event) override {
-    const MonoNs now = EndOf(event);
+    const MonoNs now = event.End();
     switch (event.kind) {
       case Event::Kind::kLinkUp:
         link_up_ = true;
@@ -287,7 +287,7 @@ class SaaDevice final : public CommandDevice<Procedure> {
     runner_.OnLinkLost();
   }
   void AdvanceProcedure(const Event& event) {
-    const MonoNs now = EndOf(event);
+    const MonoNs now = event.End();
     const bool exchange = event.kind == Event::Kind::kTimeout || event.kind == Event::Kind::kReply;
     const bool zeroed = zeroing_ && (exchange || event.kind == Event::Kind::kPulsed);
     if (zeroed) {

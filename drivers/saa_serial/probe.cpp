@@ -11,6 +11,7 @@
 
 #include "core/device/operation.h"
 #include "drivers/kit/asking_probe.h"
+#include "drivers/kit/listening_probe.h"
 #include "drivers/saa_serial/stream_parser.h"
 
 namespace axlecast::saa_serial {
@@ -82,31 +83,17 @@ ReplyMatch MatchAnyFrame(Bytes request, Bytes reply) {
 // ---- streams ----
 
 // Listens for an encoder that sends by itself; transmits nothing.
-class StreamProbe final : public Probe {
+class StreamProbe final : public ListeningProbe {
  public:
   explicit StreamProbe(MonoNs now)
-      : until_(now + kListen), now_(now), readings_{Reading(16), Reading(24), Reading(kMaxBits)} {}
+      : ListeningProbe(now, kListen), readings_{Reading(16), Reading(24), Reading(kMaxBits)} {}
 
-  [[nodiscard]] std::optional<Step> Next(MonoNs now) const override {
-    if (lost_ || now >= until_) return std::nullopt;
-    return Step{.action = Listen{until_}};
-  }
-  void On(const Event& event) override {
-    lost_ = lost_ || event.kind == Event::Kind::kLinkDown;
-    now_ = std::max(now_, event.received.last);
-    if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kUnexpectedBytes) return;
-    bytes_ += static_cast<std::int64_t>(event.bytes.size());
-    for (Reading& reading : readings_) Take(reading, event.bytes, event.received);
-  }
   [[nodiscard]] std::vector<ProbeHit> Findings() const override {
     std::vector<ProbeHit> findings;
     for (const Reading& reading : readings_) {
       if (std::optional<ProbeHit> finding = Judge(reading)) findings.push_back(std::move(*finding));
     }
     return findings.size() == 1 ? findings : std::vector<ProbeHit>();  // one line has one encoder that streams
-  }
-  [[nodiscard]] double Progress() const override {
-    return 1 - static_cast<double>(std::clamp<MonoNs>(until_ - now_, 0, kListen)) / static_cast<double>(kListen);
   }
 
  private:
@@ -122,13 +109,18 @@ class StreamProbe final : public Probe {
     std::optional<StreamParser::Found> last;
   };
 
-  void Take(Reading& reading, Bytes bytes, Interval at) {
+  void Take(const Event& event) override {
+    if (event.kind != Event::Kind::kUnsolicited && event.kind != Event::Kind::kUnexpectedBytes) return;
+    bytes_ += static_cast<std::int64_t>(event.bytes.size());
+    for (Reading& reading : readings_) Parse(reading, event.bytes, event.received);
+  }
+  void Parse(Reading& reading, Bytes bytes, Interval at) {
     reading.parser.Append(bytes, at);
     while (const std::optional<StreamParser::Found> found = reading.parser.Next()) {
       if (found->error) continue;
       ++reading.frames;
       reading.positions |= found->counts;
-      if (!reading.first && found->last.last >= until_ - kListen + kSettle) reading.first = found;
+      if (!reading.first && found->last.last >= begin() + kSettle) reading.first = found;
       reading.last = found;
     }
   }
@@ -154,9 +146,6 @@ class StreamProbe final : public Probe {
     return finding;
   }
 
-  MonoNs until_;
-  MonoNs now_;
-  bool lost_ = false;
   std::int64_t bytes_ = 0;
   std::array<Reading, 3> readings_;
 };

@@ -78,8 +78,6 @@ ErrorKind KindOf(WordError error) {
   return kKinds.at(static_cast<std::size_t>(error));
 }
 
-MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
-
 // One encoder on SSI: one transfer in each live slot. A transfer that failed is not repeated before the next slot. While
 // there is no encoder, it is polled less often. SSI carries no commands.
 class SsiDevice final : public Device {
@@ -104,7 +102,7 @@ class SsiDevice final : public Device {
         break;
       case Event::Kind::kTimeout:
         output_.OnError(event.bytes.empty() ? ErrorKind::kTimeout : ErrorKind::kShort,
-                        {event.sent.first, EndOf(event)});
+                        {event.sent.first, event.End()});
         break;
       case Event::Kind::kUnexpectedBytes:
         output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
@@ -115,7 +113,7 @@ class SsiDevice final : public Device {
         break;
       case Event::Kind::kLinkDown:
         link_up_ = false;
-        EndLineAlarm(EndOf(event));
+        EndLineAlarm(event.End());
         break;
       default:
         break;
@@ -137,7 +135,7 @@ class SsiDevice final : public Device {
     const Interval latch = {event.sent.first, std::max(event.sent.first, event.sent.last - clocking_)};
     const Word word = ParseTransfer(event.bytes, event.bytes.size() * 8, settings_.format);
     if (word.error != WordError::kNone) return OnWordError(word.error, latch);
-    EndLineAlarm(EndOf(event));
+    EndLineAlarm(event.End());
     OnWord(word, latch);
   }
   void OnWordError(WordError error, Interval at) {

@@ -30,7 +30,7 @@ constexpr std::int64_t kClockHz = 125'000;  // within 100 to 250 kHz (SAA 5.5), 
 constexpr int kMode = 2;                    // as the driver's: the clock idles high, sampled on falling edges
 
 // Bit `index` behind the idle level.
-bool BitOf(Bytes bytes, std::size_t index) { return (bytes[(index + 1) / 8] >> (7 - (index + 1) % 8) & 1U) != 0; }
+bool BitOf(Bytes bytes, std::size_t index) { return BitAt(bytes, index + 1); }
 
 bool Repeats(Bytes bytes, std::size_t period) {
   for (std::size_t i = 0; i + period < kBits; ++i) {

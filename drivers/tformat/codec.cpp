@@ -1,7 +1,6 @@
 #include "drivers/tformat/codec.h"
 #include "core/device/operation.h"
 
-#include <algorithm>
 #include <array>
 #include <axlecast/alarm_entry_t.hpp>
 #include <bit>
@@ -310,14 +309,6 @@ Answer Interpret(const Event& event, const Expectation& expected) {
   return answer;
 }
 
-Interval SamplingInstant(const Event& event, MonoNs character) {
-  const auto bytes = [&](std::size_t count) { return static_cast<MonoNs>(count) * character; };
-  const MonoNs earliest = event.sent.first + bytes(event.request.size());
-  // The first read returned at least one byte, the last read all of them.
-  const MonoNs latest = std::min(event.received.first - bytes(1), event.received.last - bytes(event.bytes.size()));
-  return {earliest, std::max(earliest, latest)};
-}
-
 Exchange Ask(DataId id, MonoNs timeout) {
   Exchange exchange{.request = Request(id), .reply_length = LengthRule(id), .timeout = timeout};
   exchange.shape = ShapeOf(id);
@@ -342,8 +333,6 @@ Exchange WriteCell(std::uint8_t address, std::uint8_t data, MonoNs timeout) {
 std::optional<DataId> RequestId(Bytes request) {
   return request.empty() ? std::nullopt : ParseControlField(request[0]);
 }
-
-MonoNs EndOf(const Event& event) { return std::max(event.sent.last, event.received.last); }
 
 // ---- alarms ----
 

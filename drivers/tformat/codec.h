@@ -179,11 +179,6 @@ struct Answer {
 // Returns the result of an exchange. It depends only on the event (kReply or kTimeout).
 [[nodiscard]] Answer Interpret(const Event& event, const Expectation& expected);
 
-// Returns the interval that contains the time at which the encoder latched its position. It latches between the last bit
-// of the request and the first bit of its reply; the exact time is not documented. `character`: the time of one byte on
-// the wire; 0 for a simulated wire, which may be faster than a real one.
-[[nodiscard]] Interval SamplingInstant(const Event& event, MonoNs character);
-
 // Exchanges, with the rule for the end of their replies and the bytes that distinguish the replies: the control field,
 // and the address of an EEPROM cell. An encoder that misread the request answers with the 11 bytes of ID 3.
 [[nodiscard]] Exchange Ask(DataId id, MonoNs timeout);
@@ -192,9 +187,6 @@ struct Answer {
 
 // Returns the ID of a request of an event.
 [[nodiscard]] std::optional<DataId> RequestId(Bytes request);
-
-// Returns the time at which the exchange ended.
-[[nodiscard]] MonoNs EndOf(const Event& event);
 
 // ---- alarms ----
 

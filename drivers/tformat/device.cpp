@@ -204,14 +204,14 @@ class Interpreter {
     Forget();
   }
   void OnStray(const Event& event) {
-    if (InStandby(EndOf(event))) return ReportStarting();
+    if (InStandby(event.End())) return ReportStarting();
     output_.OnError(ErrorKind::kUnexpectedBytes, event.received);
   }
   // An exchange has ended: kReply or kTimeout.
   Answer OnExchange(const Event& event) {
     if (!link_up_) link_up_ = event.sent.first;
     const Answer answer = RefuseContradiction(Interpret(event, expected_));
-    const MonoNs now = EndOf(event);
+    const MonoNs now = event.End();
     TrackResets(answer);
     TrackEepromWrite(answer);
     TrackCommunicationAlarm(answer, now);
@@ -234,7 +234,9 @@ class Interpreter {
       OnAll(reply, now);
     else
       CompareStatus(answer);
-    if (reply.single_turn) output_.OnSample(MakeSample(reply, SamplingInstant(event, character_)));
+    if (!reply.single_turn) return answer;
+    // It latched between request and reply; the exact time is not documented.
+    output_.OnSample(MakeSample(reply, event.ActedWithin(event.bytes.size(), character_)));
     return answer;
   }
 
@@ -278,7 +280,7 @@ class Interpreter {
     return answer;
   }
   void OnFailure(const Answer& answer, const Event& event) {
-    const MonoNs now = EndOf(event);
+    const MonoNs now = event.End();
     const bool silent = answer.error == ErrorKind::kTimeout;
     // Nothing drives the line during the standby, or without a battery it is undefined (spec 5.4, note 2): fragments and
     // other bytes that are no reply are no fault either. A request that was sent during the standby is not accepted,
@@ -467,7 +469,7 @@ class TFormatDevice final : public CommandDevice<Procedure> {
         line_unclear_ = false;
         break;
       case Event::Kind::kLinkUp:
-        OnLinkUp(EndOf(event));
+        OnLinkUp(event.End());
         break;
       case Event::Kind::kLinkDown:
         OnLinkDown();
@@ -475,7 +477,7 @@ class TFormatDevice final : public CommandDevice<Procedure> {
       default:  // of other kinds of line
         break;
     }
-    runner_.ExpireIfLate(EndOf(event));
+    runner_.ExpireIfLate(event.End());
   }
   void Begin(const DriverCommand& command, MonoNs now) override {
     if (runner_.Begin(command, link_up_, now)) live_slot_ = false;
@@ -558,7 +560,7 @@ class TFormatDevice final : public CommandDevice<Procedure> {
     line_unclear_ = answer.line_unclear;
     silent_ = answer.error == ErrorKind::kTimeout ? silent_ + 1 : 0;
     const bool watched = answer.asked == DataId::kEncoderId || answer.asked == DataId::kEepromRead;
-    watch_again_ = watched ? EndOf(event) + kAskAgain : 0;
+    watch_again_ = watched ? event.End() + kAskAgain : 0;
     // The reply of another model to ID 3 also shows that the request has arrived.
     const bool arrived = answer.ok() || answer.error == ErrorKind::kWrongIdentity;
     if (arrived && answer.asked == DataId::kAll) {
@@ -566,8 +568,8 @@ class TFormatDevice final : public CommandDevice<Procedure> {
       since_all_ = 0;
     }
     if (!interpreter_.answering()) all_first_ = true;
-    if (!runner_.TakeInFlight()) return OnLiveAnswer(answer, EndOf(event));
-    Report(runner_.procedure().OnAnswer(answer, EndOf(event)));
+    if (!runner_.TakeInFlight()) return OnLiveAnswer(answer, event.End());
+    Report(runner_.procedure().OnAnswer(answer, event.End()));
   }
   void OnLiveAnswer(const Answer& answer, MonoNs end) {
     if (!answer.ok()) {

@@ -92,16 +92,6 @@ TEST(TFormatDevice, ASimulatedWireMayBeFasterThanARealOne) {
   EXPECT_EQ(bench.output.samples.back().at, (Interval{start, start + 55 * kMicrosecond}));
 }
 
-TEST(SamplingInstant, IsNeverTurnedAround) {
-  const ByteList reply = All();
-  const Event event{.kind = Event::Kind::kReply,
-                    .sent = {1000, 1500},
-                    .received = {20'000, 21'000},
-                    .request = kId3,
-                    .bytes = reply};
-  EXPECT_EQ(SamplingInstant(event, 4000), (Interval{5000, 5000}));
-}
-
 // While the reply to ID 3 may still come late, no time is lost: ID 0 has a reply of another shape.
 TEST(TFormatDevice, AsksForAnotherDataIdWhileAReplyMayStillCome) {
   struct Outstanding final : PendingReplies {

@@ -133,7 +133,7 @@ class ScDevice final : public Device, private CommandRunner<Procedure>::Policy {
     }
   }
   void On(const Event& event) override {
-    const MonoNs now = std::max(event.sent.last, event.received.last);
+    const MonoNs now = event.End();
     switch (event.kind) {
       case Event::Kind::kReply:
       case Event::Kind::kTimeout:

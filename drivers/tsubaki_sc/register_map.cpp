@@ -1,5 +1,7 @@
 #include "drivers/tsubaki_sc/register_map.h"
 
+#include <string.h>
+
 #include <algorithm>
 #include <cassert>
 

@@ -1,6 +1,5 @@
 #include "drivers/tsubaki_sc/requests.h"
 
-#include <algorithm>
 #include <axlecast/command_status_t.hpp>
 
 #include "core/device/operation.h"
@@ -39,14 +38,6 @@ bool InRange(const Answer& answer) {
   if (answer.block != kLoginStatus) return true;
   const std::uint16_t status = answer.reply.Register(0);
   return status == kSaysLoggedOut || status == kSaysLoggedIn;
-}
-
-// The unit acts after the last bit of the request and before the first bit of its reply.
-Interval ActedAt(const Event& event, MonoNs character) {
-  const auto wire = [&](std::size_t characters) { return static_cast<MonoNs>(characters) * character; };
-  const MonoNs earliest = event.sent.first + wire(event.request.size());
-  const MonoNs latest = std::min(event.received.first - wire(1), event.received.last - wire(event.bytes.size()));
-  return {earliest, std::max(earliest, latest)};
 }
 
 }  // namespace
@@ -103,8 +94,8 @@ Answer Interpret(const Event& event, MonoNs character) {
   Answer answer;
   answer.request = event.request;
   answer.block = BlockOf(event.request);
-  answer.end = std::max(event.sent.last, event.received.last);
-  answer.at = ActedAt(event, character);
+  answer.end = event.End();
+  answer.at = event.ActedWithin(event.bytes.size(), character);
   answer.unclear = true;
   if (event.bytes.empty()) {
     answer.error = ErrorKind::kTimeout;

@@ -1,5 +1,7 @@
 #include "tools/log/log_reader.h"
 
+#include <string.h>
+
 #include <algorithm>
 #include <array>
 

@@ -56,7 +56,7 @@ MonoNs StaleReplyGuard::Look(const Exchange& exchange, MonoNs now) const {
 void StaleReplyGuard::Ended(const Exchange& exchange, std::size_t device, const Event& event) {
   if (bound_ <= 0 || exchange.reply_length == nullptr) return;
   unexpected_.Clear();
-  const MonoNs end = std::max(event.sent.last, event.received.last);
+  const MonoNs end = event.End();
   if (count_ > 0) Expire(end);
   if (event.kind == Event::Kind::kLinkDown) return Hold(exchange, device, end);
   const ReplyMatch match = MatchOwn(exchange, event);
