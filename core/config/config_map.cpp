@@ -24,6 +24,13 @@ std::string KindOf(const YAML::Node& node) {
   return "nothing";
 }
 
+// A mapping that ExpandAbbreviations has made has no mark; its first keys usually have one.
+YAML::Mark MarkOf(const YAML::Node& node) {
+  if (!node.IsDefined()) return YAML::Mark::null_mark();
+  if (!node.IsMap() || !node.Mark().is_null() || node.size() == 0) return node.Mark();
+  return node.begin()->first.Mark();
+}
+
 std::string Plain(double number) {
   std::ostringstream text;
   text.precision(12);
@@ -100,7 +107,7 @@ std::string ConfigErrors::Text() const {
 }
 
 ConfigMap::ConfigMap(YAML::Node node, std::string path, ConfigErrors& errors)
-    : ConfigMap(Entry{node, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark()}, path, path, errors) {}
+    : ConfigMap(Entry{node, MarkOf(node)}, path, path, errors) {}
 
 ConfigMap::ConfigMap(const Entry& entry, std::string path, std::string place, ConfigErrors& errors)
     : node_(entry.value), mark_(entry.mark), path_(std::move(path)), place_(std::move(place)), errors_(&errors) {
@@ -116,7 +123,8 @@ ConfigMap::Entry ConfigMap::Find(std::string_view key) {
     for (const auto& pair : node) {
       if (!pair.first.IsScalar() || pair.first.Scalar() != key) continue;
       // An empty value's own mark is somewhere behind it.
-      return {pair.second, pair.second.IsNull() ? pair.first.Mark() : pair.second.Mark()};
+      const YAML::Mark mark = pair.second.IsNull() ? YAML::Mark::null_mark() : MarkOf(pair.second);
+      return {pair.second, !mark.is_null() ? mark : pair.first.Mark().is_null() ? mark_ : pair.first.Mark()};
     }
   }
   return {YAML::Node(YAML::NodeType::Undefined), mark_};

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/base/spelling.h"
+#include "core/config/abbreviations.h"
 #include "core/config/service_config.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
@@ -223,7 +224,7 @@ class MachineLoader {
 std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors, std::string_view only_bus) {
   const YAML::Node document = ParseYaml(text, errors);
   if (!document.IsDefined()) return std::nullopt;
-  MachineConfig machine = MachineLoader(errors, only_bus).Load(document);
+  MachineConfig machine = MachineLoader(errors, only_bus).Load(ExpandAbbreviations(document, errors));
   if (!errors.empty()) return std::nullopt;
   machine.text = text;
   return machine;
@@ -244,7 +245,7 @@ std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& e
 SimulatorMaker::SimulatorMaker(const MachineConfig& machine, ConfigErrors& errors) : errors_(&errors) {
   const YAML::Node document = ParseYaml(machine.text, errors);
   if (!document.IsDefined()) return;
-  ConfigMap root(document, "", errors);
+  ConfigMap root(ExpandAbbreviations(document, errors), "", errors);
   for (auto& [name, map] : root.Maps("buses")) buses_.emplace(name, map);
 }
 

@@ -9,7 +9,9 @@
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/keys.h"
+#include "core/config/abbreviations.h"
 #include "core/config/load.h"
+#include "core/config/yaml_text.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/config_option.h"
@@ -364,6 +366,7 @@ struct CheckOptions {
   bool json = false;
   std::string list;
   bool keys = false;
+  bool expand = false;
 };
 
 // Checks the keys under `simulate`: they belong to the family, and its simulator checks them.
@@ -391,7 +394,9 @@ int CheckConfig(const CheckOptions& options) {
   const std::optional<MachineConfig> machine = LoadConfig(file, errors);
   if (machine) CheckSimulators(*machine, errors);
   const bool good = machine && errors.empty();
-  if (good && !options.list.empty()) {
+  if (good && options.expand) {
+    std::cout << YamlText(ExpandAbbreviations(ParseYaml(machine->text, errors), errors));
+  } else if (good && !options.list.empty()) {
     std::cout << Names(*machine, options.list);
   } else if (good && options.keys) {
     std::cout << (options.json ? ConfigKeysJson(errors.keys()).dump() + '\n' : ConfigKeysText(errors.keys()));
@@ -429,9 +434,16 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
       ->add_flag("--keys", options->keys,
                  "List every key that such a file may have, with its range and default, instead of the report")
       ->excludes(list);
+  command
+      ->add_flag("--expand", options->expand,
+                 "Print the file with its defaults, merge keys and ranges replaced, instead of the report")
+      ->excludes(list)
+      ->excludes("--json")
+      ->excludes("--keys");
   command->footer(
       "examples:\n"
       "  axlecast check-config config/demo.yaml\n"
+      "  axlecast check-config --expand machine.yaml > expanded.yaml\n"
       "  axlecast check-config --keys drivers/ssi/example.yaml | grep simulate\n"
       "  axlecast check-config --json machine.yaml | jq '.errors[].text'\n"
       "  axlecast check-config --list devices\n"
