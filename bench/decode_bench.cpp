@@ -131,7 +131,8 @@ void ReplyToMessage(benchmark::State& state) {
   NullSink sink;
   Timebase time;
   time.Update(kSecond, 1'700'000'000'000'000);
-  DevicePublisher channel(bus, bus.devices[0], {.boot_id = 1, .time = &time, .sink = &sink, .on_outcome = {}});
+  DevicePublisher channel(bus, bus.devices[0],
+                          {.origin = {.boot_id = 1}, .time = &time, .sink = &sink, .on_outcome = {}});
   channel.OnLink(true, "", kSecond);
   Readings readings(bus, channel);
   readings.Ask();

@@ -19,6 +19,8 @@ class PositionTrackerTest : public testing::Test {
     position_t message{};
     message.mono_ns = at;
     message.boot_id = boot_;
+    message.machine_id = machine_;
+    message.clock_id = clock_id_;
     message.seq = seq_++;
     message.time_uncertainty_ns = 2'000;
     message.counts_per_turn = kTurn;
@@ -32,6 +34,8 @@ class PositionTrackerTest : public testing::Test {
   void Device(double modulo = 0) {
     device_info_t info{};
     info.boot_id = boot_;
+    info.machine_id = machine_;
+    info.publish_us = publish_us_;
     info.counts_per_turn = kTurn;
     info.ratio_num = 1;
     info.ratio_den = 1;
@@ -43,6 +47,9 @@ class PositionTrackerTest : public testing::Test {
 
   PositionTracker tracker_;
   std::int64_t boot_ = 5;
+  std::int64_t machine_ = IdOfName("press1");
+  std::int64_t clock_id_ = OwnClockId();
+  std::int32_t publish_us_ = 1'000;
   std::int64_t seq_ = 0;
   std::int32_t epoch_ = 0;
   std::int32_t missed_ = 0;
@@ -67,10 +74,23 @@ TEST_F(PositionTrackerTest, AgeCountsFromTheSamplingInstant) {
   EXPECT_EQ(tracker_.Check(98 * kMs), Freshness::kWrongClock);
 }
 
-TEST_F(PositionTrackerTest, AgeFromAnotherHostCountsFromTheArrival) {
+TEST_F(PositionTrackerTest, TheInstantsOfAnotherHostAreNotKnown) {
+  Device();
+  clock_id_ = 77;
+  EXPECT_FALSE(Receive(100 * kMs, 0).used);
+  EXPECT_EQ(tracker_.Check(101 * kMs), Freshness::kOtherClock);
+  EXPECT_EQ(tracker_.At(100 * kMs).answer, Answer::kOtherClock);
+  clock_id_ = 0;  // not stated
+  boot_ = 6;
+  Receive(102 * kMs, 0);
+  EXPECT_EQ(tracker_.Check(103 * kMs), Freshness::kOtherClock);
+}
+
+TEST_F(PositionTrackerTest, AgeCanCountFromTheArrival) {
   PositionTracker::Options options;
-  options.same_host = false;
+  options.instant = PositionTracker::Options::Instant::kReceived;
   options.max_age_ns = 5 * kMs;
+  clock_id_ = 77;
   tracker_ = PositionTracker(options);
   Receive(100 * kMs, 0);
   EXPECT_EQ(tracker_.AgeNs(101 * kMs), 800'000);
@@ -116,6 +136,56 @@ TEST_F(PositionTrackerTest, ARestartForgetsWhatWasBefore) {
   boot_ = 5;
   Receive(102 * kMs, 0);
   EXPECT_TRUE(tracker_.totals().two_publishers);
+}
+
+TEST_F(PositionTrackerTest, NothingIsAnsweredWhileTwoDriversPublish) {
+  Device();
+  for (int i = 0; i < 10; ++i) {
+    boot_ = 5 + i % 2;
+    seq_ = i / 2;
+    Receive((100 + i) * kMs, i);
+  }
+  EXPECT_EQ(tracker_.Check(109 * kMs), Freshness::kTwoPublishers);
+  EXPECT_EQ(tracker_.At(109 * kMs).answer, Answer::kTwoPublishers);
+  for (int i = 10; i < 3'120; ++i) Receive((100 + i) * kMs, i);  // one of them has stopped
+  EXPECT_EQ(tracker_.Check(3'219 * kMs), Freshness::kFresh);
+  EXPECT_TRUE(tracker_.At(3'219 * kMs));
+}
+
+TEST_F(PositionTrackerTest, TheFirstMessageOfAnotherMachineIsAContradiction) {
+  Device();
+  Receive(100 * kMs, 1'000);
+  machine_ = IdOfName("press2");
+  boot_ = 6;
+  seq_ = 0;
+  Receive(101 * kMs, 77'000);
+  EXPECT_EQ(tracker_.Check(101 * kMs), Freshness::kTwoPublishers);
+  EXPECT_EQ(tracker_.At(101 * kMs).answer, Answer::kTwoPublishers);
+}
+
+TEST_F(PositionTrackerTest, ANamedMachineIsFollowedAlone) {
+  PositionTracker::Options options;
+  options.machine_id = IdOfName("press1");
+  tracker_ = PositionTracker(options);
+  Device();
+  Receive(100 * kMs, 1'000);
+  machine_ = IdOfName("press2");
+  boot_ = 6;
+  EXPECT_FALSE(Receive(101 * kMs, 77'000).used);
+  EXPECT_EQ(tracker_.totals().other_machine, 1);
+  EXPECT_EQ(tracker_.Check(101 * kMs), Freshness::kFresh);
+  EXPECT_DOUBLE_EQ(tracker_.At(100 * kMs).counts, 1'000);
+}
+
+// Every period of the tracker follows that of the device: a 10 Hz axis is usable.
+TEST_F(PositionTrackerTest, ASlowAxisIsAnsweredBetweenItsMessages) {
+  publish_us_ = 100'000;
+  Device();
+  Receive(1'000 * kMs, 0);
+  Receive(1'100 * kMs, 1'000);
+  EXPECT_DOUBLE_EQ(tracker_.At(1'050 * kMs).counts, 500);
+  EXPECT_DOUBLE_EQ(tracker_.At(1'190 * kMs).counts, 1'900);
+  EXPECT_EQ(tracker_.At(1'301 * kMs).answer, Answer::kTooFarAhead);
 }
 
 TEST_F(PositionTrackerTest, InterpolatesBetweenTwoReadings) {
@@ -220,6 +290,8 @@ TEST_F(PositionTrackerTest, WildMessagesDoNotOverflow) {
     message.seq = seq;
     message.boot_id = boot_;
     message.mono_ns = seq;
+    message.machine_id = machine_;
+    message.clock_id = clock_id_;
     message.counts = INT64_MAX;
     message.flags = kGood;
     (void)tracker_.OnPosition(message, 0);

@@ -30,7 +30,7 @@ BITS = {"FLAG", "STATUS"}
 CAPITALS = {("device_info_t", "STATE"), ("bus_health_t", "STATE"), ("recorder_health_t", "STATE")}
 
 # The head with which every published type begins.
-HEAD = [("int64_t", "utime"), ("int64_t", "mono_ns"), ("int64_t", "boot_id"), ("int64_t", "seq")]
+HEAD = [("int64_t", name) for name in ("utime", "mono_ns", "boot_id", "seq", "machine_id", "clock_id")]
 
 CONSTANTS = re.compile(r"^const \w+ (.*)$")
 REFERENCE = re.compile(r"(\bby )?(?:\b(\w+_t) )?\b([A-Z]+)_\*")
@@ -110,8 +110,9 @@ def find_names(types, constants):
                 sys.exit(f"{struct}.{member.name}: {member.names.struct} has no constants {member.names.prefix}_*")
 
 
-def is_boot_id(member):
-    return member.kind == "int64_t" and (member.name == "boot_id" or member.name.endswith("_boot_id"))
+def is_id(member):
+    return member.kind == "int64_t" and (
+        member.name in ("boot_id", "machine_id", "clock_id") or member.name.endswith("_boot_id"))
 
 
 def value(member):
@@ -119,8 +120,8 @@ def value(member):
     field = f"message.{member.name}"
     if member.kind == "byte":
         return f"HexField({field})"
-    if is_boot_id(member):
-        return f"BootIdField({field})"
+    if is_id(member):
+        return f"IdField({field})"
     return f"Field({field})"
 
 
@@ -139,7 +140,7 @@ def member_schema(member, types):
     if member.kind == "byte":
         dimensions.pop()
         schema = {"type": "string", "pattern": "^([0-9a-f]{2})*$"}
-    elif is_boot_id(member):
+    elif is_id(member):
         schema = {"type": "string", "pattern": "^[0-9a-f]{16}$"}
     else:
         schema = element_schema(member.kind, types)
@@ -250,7 +251,7 @@ def main():
     body += ["", "const std::array<MessageType, %d>& MessageTypes() {" % len(types),
              "  static const std::array<MessageType, %d> types = {{" % len(types)]
     for name, members in types:
-        headed = str([(member.kind, member.name) for member in members[:4]] == HEAD).lower()
+        headed = str([(member.kind, member.name) for member in members[:len(HEAD)]] == HEAD).lower()
         body += [f'      {{{name}::getHash(), "{name}", kSchemaOf_{name}, {headed}, DecodeField<{name}>}},']
     body += ["  }};", "  return types;", "}", "", "}  // namespace", "",
              "const MessageType* FindMessageType(Bytes message) {",

@@ -81,7 +81,7 @@ template <typename Message>
 void CommandPort::Fill(Message& message, const std::string& channel, Timestamp now) {
   message.utime = now.utime;
   message.mono_ns = now.mono;
-  message.boot_id = boot_id_;
+  origin_.Set(message);
   message.seq = seq_[channel]++;
 }
 
@@ -92,7 +92,7 @@ void CommandPort::PublishStatus(command_status_t status, Timestamp now) {
 }
 
 std::int64_t CommandPort::SendToDriver(const std::string& bus, driver_order_t order, Timestamp now) {
-  order.bridge_boot_id = boot_id_;
+  order.bridge_boot_id = origin_.boot_id;
   order.bridge_epoch = ++epoch_;
   order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
   driver_command_t envelope{};

@@ -16,6 +16,7 @@
 #include "core/command/keys.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 
@@ -84,8 +85,8 @@ class DuplicateBridgeDetector {
 class CommandPort {
  public:
   // `key` null: unsigned. Orders begin above `epoch`.
-  CommandPort(MessageSink& sink, std::int64_t boot_id, const SigningKey* key, std::int64_t epoch)
-      : sink_(sink), boot_id_(boot_id), key_(key), epoch_(epoch) {}
+  CommandPort(MessageSink& sink, const Origin& origin, const SigningKey* key, std::int64_t epoch)
+      : sink_(sink), origin_(origin), key_(key), epoch_(epoch) {}
 
   void PublishStatus(command_status_t status, Timestamp now);
   // To the driver of `bus`, with the next bridge epoch, which it returns.
@@ -98,14 +99,14 @@ class CommandPort {
     if (epoch > epoch_ && epoch < kHighest) epoch_ = epoch;
   }
   [[nodiscard]] std::int64_t epoch() const { return epoch_; }
-  [[nodiscard]] std::int64_t boot_id() const { return boot_id_; }
+  [[nodiscard]] std::int64_t boot_id() const { return origin_.boot_id; }
 
  private:
   template <typename Message>
   void Fill(Message& message, const std::string& channel, Timestamp now);
 
   MessageSink& sink_;
-  const std::int64_t boot_id_;
+  const Origin origin_;
   const SigningKey* const key_;
   std::int64_t epoch_;
   std::map<std::string, std::int64_t> seq_;  // by channel

@@ -34,18 +34,18 @@ bool IsVolatile(const command_body_t& body, const OperationSpec& operation) {
 
 }  // namespace
 
-Dispatcher::Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Timestamp now)
+Dispatcher::Dispatcher(const MachineConfig& machine, const Origin& origin, BridgePorts ports, Timestamp now)
     : machine_(machine),
       ports_(std::move(ports)),
       now_(now),
       journal_(*ports_.journal),
       devices_(journal_, now_),
-      port_(*ports_.commands, boot_id, ports_.key, now.utime),
+      port_(*ports_.commands, origin, ports_.key, now.utime),
       authority_(machine.bridge),
-      watch_(boot_id, now.mono),
+      watch_(origin.boot_id, now.mono),
       axes_(devices_, [this](const AxisEvent& event) { ports_.log(event.device + ": " + event.text); }),
       marks_(devices_),
-      alarms_("bridge", boot_id) {
+      alarms_("bridge", origin) {
   for (const BusConfig& config : machine.buses) {
     Bus& bus = buses_[config.name];
     bus.config = &config;
@@ -220,6 +220,10 @@ void Dispatcher::PublishAlarms(Timestamp now) {
   alarms_.Set(kPlaceDoubtful, axes_.AnyDoubtful(), now.utime);
   alarms_.Set(kKeyMissing, machine_.bridge.bridge.public_key && ports_.key == nullptr, now.utime);
   alarms_.Set(kOtherBridge, watch_.Other(now.mono).has_value(), now.utime);
+  const auto others = ports_.other_machines ? ports_.other_machines() : std::vector<OtherMachine>();
+  alarms_.Set(
+      kOtherMachine, !others.empty(), now.utime, false,
+      others.empty() ? "" : machine_.machine + " and " + NamesOf(others) + " use one LCM group: axlecast doctor");
   const bool changed = alarms_.revision() != published_alarms_;
   const MonoNs period = changed ? 100 * kMillisecond : kSecond;
   if (alarms_published_at_ != 0 && now.mono - alarms_published_at_ < period) return;

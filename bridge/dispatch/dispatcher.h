@@ -20,7 +20,9 @@
 #include "bridge/store/journal_queue.h"
 #include "core/alarm/alarm_table.h"
 #include "core/config/machine_config.h"
+#include "core/messages/machine_filter.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 
@@ -29,7 +31,8 @@ struct BridgePorts {
   JournalWorker* journal = nullptr;
   MessageSink* commands = nullptr;
   MessageSink* data = nullptr;
-  const SigningKey* key = nullptr;  // null: messages are not signed
+  const SigningKey* key = nullptr;                                 // null: messages are not signed
+  std::function<std::vector<OtherMachine>()> other_machines = {};  // on the command port; null: none
   std::function<void(const std::string& line)> log;
   std::function<CommandId()> random;  // for tokens
 };
@@ -46,7 +49,7 @@ class Dispatcher final : private DeviceQueueListener {
   static constexpr std::size_t kMaxLookups = 100;
 
   // Takes up what an earlier bridge has left in the journal, as soon as that can be read.
-  Dispatcher(const MachineConfig& machine, std::int64_t boot_id, BridgePorts ports, Timestamp now);
+  Dispatcher(const MachineConfig& machine, const Origin& origin, BridgePorts ports, Timestamp now);
   Dispatcher(const Dispatcher&) = delete;
   Dispatcher& operator=(const Dispatcher&) = delete;
 

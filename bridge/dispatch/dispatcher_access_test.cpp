@@ -93,6 +93,22 @@ TEST_F(DispatcherAccessTest, ForeignCommandsAreCountedTellAnAlarmAndFloodNothing
   EXPECT_EQ(alarms.back().entries[0].name, "foreign_commands");
 }
 
+TEST_F(DispatcherAccessTest, AnotherMachineIsAnAlarmWithBothNames) {
+  const auto alarm = [this] {
+    data_.Clear();
+    Pass(kSecond);
+    const auto messages = data_.All<alarm_t>("ALARM/bridge");
+    return messages.empty() || messages.back().n == 0 ? alarm_entry_t{} : messages.back().entries[0];
+  };
+  EXPECT_NE(alarm().name, "other_machine");
+  other_machines_ = {{.id = NameHash("press2")}};
+  EXPECT_EQ(alarm().name, "other_machine");
+  other_machines_[0].name = "press2";
+  EXPECT_EQ(alarm().action, machine_.machine + " and machine 'press2' use one LCM group: axlecast doctor");
+  other_machines_.clear();
+  EXPECT_NE(alarm().name, "other_machine");
+}
+
 TEST_F(DispatcherAccessTest, ADriverIsBelievedOnlyWithItsSignature) {
   SendSigned(Body(1), Key("fitter"));
   Report(Orders()[0], S::STATE_SUCCEEDED);  // forged

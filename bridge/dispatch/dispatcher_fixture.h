@@ -178,16 +178,18 @@ class DispatcherTest : public testing::Test {
     journal_ = std::make_unique<InlineJournal>(store_);
     if (stalled) journal_->Stall();
     return std::make_unique<Dispatcher>(
-        machine_, boot_id,
+        machine_, Origin{.boot_id = boot_id},
         BridgePorts{.journal = journal_.get(),
                     .commands = &sink_,
                     .data = &data_,
                     .key = key_ ? &*key_ : nullptr,
+                    .other_machines = [this] { return other_machines_; },
                     .log = [](const std::string&) {},
                     .random = [this] { return NumberedId(1'000'000 + ++prepared_); }},
         now_);
   }
 
+  std::vector<OtherMachine> other_machines_;
   std::optional<SigningKey> key_;
   std::uint32_t prepared_ = 0;
   MemoryStore store_;

@@ -97,7 +97,7 @@ class Fuzz {
   FuzzSink sink_;
   InlineJournal journal_{store_};
   Dispatcher bridge_{machine_,
-                     42,
+                     Origin{.boot_id = 42},
                      {.journal = &journal_,
                       .commands = &sink_,
                       .data = &sink_,

@@ -239,7 +239,7 @@ TEST_F(DispatcherTest, AsksForOtherBridgesBeforeItServes) {
   Timestamp now = now_;
   MemorySink sink;
   InlineJournal journal(store_);
-  Dispatcher young(machine_, kBoot + 1,
+  Dispatcher young(machine_, Origin{.boot_id = kBoot + 1},
                    {.journal = &journal, .commands = &sink, .data = &data_, .log = {}, .random = {}}, now);
   young.Tick(now);
   const auto questions = sink.All<command_t>("COMMAND");

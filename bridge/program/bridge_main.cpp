@@ -43,9 +43,9 @@ std::string WithoutFigures(std::string text) {
 class BridgeProgram {
  public:
   BridgeProgram(const MachineConfig& machine, const BridgeInterposers& interposers)
-      : port_(machine.lcm.command_url, machine.lcm.prefix),
-        data_(machine.lcm.url, machine.lcm.prefix),
-        boot_id_(RandomBootId()),
+      : port_(machine.lcm.command_url, machine.lcm.prefix, machine.machine),
+        data_(machine.lcm.url, machine.lcm.prefix, machine.machine),
+        origin_(NewOrigin(machine.machine)),
         key_(LoadBridgeKey(machine.bridge)),
         journal_([this, file = JournalFile(machine), name = machine.machine, interpose = interposers.store] {
           auto made = std::make_unique<SqliteStore>(file, name);
@@ -55,11 +55,12 @@ class BridgeProgram {
           return interpose ? interpose(std::move(store)) : std::move(store);
         }),
         interposed_port_(interposers.commands ? interposers.commands(port_) : nullptr),
-        dispatcher_(machine, boot_id_,
+        dispatcher_(machine, origin_,
                     {.journal = &journal_,
                      .commands = interposed_port_ ? interposed_port_.get() : &port_,
                      .data = &data_,
                      .key = key_ ? &*key_ : nullptr,
+                     .other_machines = [this] { return port_.received().machines; },
                      .log = [](const std::string& line) { spdlog::info("{}", line); },
                      .random = RandomId},
                     Now()) {}
@@ -142,7 +143,7 @@ class BridgeProgram {
     if (!serving_ && !dispatcher_.watch().IsListening(now.mono)) {
       serving_ = true;
       supervision_.Ready();
-      spdlog::info("serving commands, boot id {:016x}", boot_id_);
+      spdlog::info("serving commands, boot id {:016x}", origin_.boot_id);
     }
     if (other != contested_) {
       contested_ = other;
@@ -189,7 +190,7 @@ class BridgeProgram {
   Supervision supervision_;
   LcmPort port_;
   LcmPort data_;
-  const std::int64_t boot_id_;
+  const Origin origin_;
   const std::optional<SigningKey> key_;
   std::string taken_by_;             // written before taken_ is true
   std::atomic<bool> taken_ = false;  // another bridge has the journal

@@ -10,6 +10,8 @@ namespace axlecast {
 struct ClientSettings {
   std::string command_url = "udpm://239.255.76.67:7668?ttl=0";  // as `lcm.command_url` of the machine's file
   std::string prefix = {};                                      // as `lcm.prefix`
+  // The machine's name, as `machine` of its file: messages of other machines are ignored. Empty: those of all are taken.
+  std::string machine = {};
   // The secret key that signs: a file (axlecast keygen), or a systemd credential. Neither: unsigned.
   std::string key_file = {};
   std::string key_credential = {};

@@ -1,5 +1,5 @@
 // For consumers of POSITION/<device>: age, staleness, loss, restart, change of datum, and the position at an
-// instant between or shortly after the readings. Header only, C++17, no clock and no LCM of its own.
+// instant between or shortly after the readings. Header only, C++17, reads no clock and needs no LCM library.
 //
 //   axlecast::PositionTracker axis;
 //   ... in the handler of POSITION/axis1:  axis.OnPosition(message, now_ns);   // now_ns: CLOCK_MONOTONIC
@@ -17,31 +17,67 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <fstream>
 #include <limits>
+#include <string>
+
+#include <unistd.h>
 
 namespace axlecast {
+
+// Returns FNV-1a, 64 bits, of the bytes of `text`, never 0: machine_id is that of the machine's name.
+inline std::int64_t IdOfName(const std::string& text) {
+  std::uint64_t hash = 0xCBF29CE484222325;
+  for (const char character : text) {
+    hash ^= static_cast<unsigned char>(character);
+    hash *= 0x100000001B3;
+  }
+  return hash == 0 ? 1 : static_cast<std::int64_t>(hash);
+}
+
+// Returns clock_id of this process: its mono_ns is comparable with CLOCK_MONOTONIC here if a message has the same clock_id. 0:
+// not known. Reads /proc.
+inline std::int64_t OwnClockId() {
+  std::string text;
+  std::ifstream boot("/proc/sys/kernel/random/boot_id");
+  std::getline(boot, text);
+  char space[64];
+  const auto size = readlink("/proc/self/ns/time", space, sizeof space);
+  if (size > 0) text.append(space, static_cast<std::size_t>(size));
+  return text.empty() ? 0 : IdOfName(text);
+}
 
 class PositionTracker {
  public:
   struct Options {
     // Older readings are stale. 0: device_info_t.max_age_us, as soon as a DEVICE message came.
     std::int64_t max_age_ns = 0;
-    // At answers up to this long after the newest reading.
-    std::int64_t max_extrapolation_ns = 5'000'000;
-    // At does not interpolate between readings further apart.
-    std::int64_t max_gap_ns = 50'000'000;
-    // The publisher runs on this host: ages and instants count from its sampling instants (mono_ns). Otherwise they
-    // count from the arrival of the messages, and an age is the least that it can be.
-    bool same_host = true;
+    // At answers up to this long after the newest reading. -1: two periods of the device (DEVICE), at least 5 ms.
+    std::int64_t max_extrapolation_ns = -1;
+    // At does not interpolate between readings further apart. -1: three periods of the device, at least 50 ms.
+    std::int64_t max_gap_ns = -1;
+    // Messages that state another machine are ignored: IdOfName(name). 0: the machine of the first message.
+    std::int64_t machine_id = 0;
+    // Messages with this clock_id have instants on the clock of the caller.
+    std::int64_t clock_id = OwnClockId();
+    // What counts as the instant of a reading.
+    enum class Instant {
+      kSampled,  // mono_ns, if the publisher has the clock of the caller; a reading of another clock is not used
+      kReceived,  // the arrival of the message: an age is the least that it can be, and instants of axes are not comparable
+      kGiven,  // the second argument of OnPosition is the sampling instant: from a log
+    };
+    Instant instant = Instant::kSampled;
   };
 
   enum class Freshness {
     kFresh,
-    kStale,         // the newest valid reading is too old
-    kNotValid,      // the position of the newest message is not valid
-    kNoReading,     // no valid reading yet, or none since the publisher restarted
-    kLimitUnknown,  // no max_age was given, and no DEVICE message came
-    kWrongClock,    // the newest reading lies in the future: it comes from another host (Options::same_host)
+    kStale,          // the newest valid reading is too old
+    kNotValid,       // the position of the newest message is not valid
+    kNoReading,      // no valid reading yet, or none since the publisher restarted
+    kLimitUnknown,   // no max_age was given, and no DEVICE message came
+    kWrongClock,     // the newest reading lies in the future: the caller's time is not CLOCK_MONOTONIC
+    kOtherClock,     // the publisher runs on another host, so that the instants of its readings are not known here
+    kTwoPublishers,  // two drivers publish this device, or two machines have a device of this name
   };
 
   enum class Answer {
@@ -55,6 +91,8 @@ class PositionTracker {
     kDatumChanged,   // the datum, or the trust in the turns, changed between the two readings
     kGap,            // the two readings are further apart than max_gap_ns
     kSpeedUnknown,   // nothing to extrapolate with
+    kOtherClock,     // as in Freshness
+    kTwoPublishers,  // as in Freshness
   };
 
   // The position at an instant. Only where it converts to true do the numbers mean anything; else they are NaN.
@@ -73,7 +111,7 @@ class PositionTracker {
 
   // What one message changed.
   struct News {
-    bool used = false;           // false: it came late, twice, or out of its time's order
+    bool used = false;  // false: it came late, twice, out of its time's order, or from another machine or clock
     bool restarted = false;      // another boot_id: counts of before and after do not belong together
     bool datum_changed = false;  // datum_epoch differs from the message before
     std::int64_t lost = 0;       // messages between it and the one before
@@ -86,8 +124,9 @@ class PositionTracker {
     std::int64_t restarts = 0;
     std::int64_t datum_changes = 0;
     std::int64_t missed_readings = 0;  // as the driver counts them: readings that failed or were withheld
-    // An earlier boot_id came back: two drivers publish this device.
+    // An earlier boot_id came back, or another machine: two drivers publish this device name.
     bool two_publishers = false;
+    std::int64_t other_machine = 0;  // messages ignored because they state another machine than Options::machine_id
   };
 
   PositionTracker() = default;
@@ -105,6 +144,8 @@ class PositionTracker {
   [[nodiscard]] const position_t& newest() const { return newest_; }
 
   static constexpr std::size_t kHistory = 64;  // messages
+  // Without messages of one of two publishers for this time, the other one is used again.
+  static constexpr std::int64_t kAloneAfterNs = 3'000'000'000;
 
  private:
   struct Reading {
@@ -116,7 +157,8 @@ class PositionTracker {
     std::int32_t epoch = 0;
   };
 
-  void Restart(std::int64_t boot_id);
+  // Another publisher than that of the newest message.
+  void Replace(const position_t& message, std::int64_t received_ns);
   [[nodiscard]] const Reading& Back(std::size_t i) const { return ring_[(newest_at_ + kHistory - i) % kHistory]; }
   [[nodiscard]] static bool Valid(const Reading& reading) { return (reading.flags & position_t::FLAG_VALID) != 0; }
   [[nodiscard]] static Reading Take(const position_t& message, std::int64_t at);
@@ -128,12 +170,17 @@ class PositionTracker {
                               double counts_per_ns, std::int64_t half_width) const;
   [[nodiscard]] Position Extrapolate(std::int64_t instant_ns) const;
   [[nodiscard]] double Value(double counts) const;
+  [[nodiscard]] bool OnOtherClock() const;
+  [[nodiscard]] std::int64_t MaxExtrapolationNs() const;
+  [[nodiscard]] std::int64_t MaxGapNs() const;
 
   Options options_;
   Totals totals_;
   position_t newest_{};
   bool any_ = false;
   std::int64_t previous_boot_ = 0;
+  bool contested_ = false;         // two publishers
+  std::int64_t contested_at_ = 0;  // arrival of the newest message that showed it
   bool valid_any_ = false;
   std::int64_t valid_at_ = 0;
   std::array<Reading, kHistory> ring_{};
@@ -143,16 +190,39 @@ class PositionTracker {
   bool has_device_ = false;
   std::int64_t device_boot_ = 0;
   std::int64_t device_max_age_ns_ = 0;
+  std::int64_t device_period_ns_ = 0;
   double unit_per_count_ = 0;
   double modulo_ = 0;
 };
 
-inline void PositionTracker::Restart(std::int64_t boot_id) {
-  ++totals_.restarts;
-  totals_.two_publishers = totals_.two_publishers || boot_id == previous_boot_;
+// A restarted driver has a new boot_id and the same machine. It never returns to the earlier boot_id.
+inline void PositionTracker::Replace(const position_t& message, std::int64_t received_ns) {
+  if (message.boot_id == previous_boot_ || message.machine_id != newest_.machine_id) {
+    totals_.two_publishers = true;
+    contested_ = true;
+    contested_at_ = received_ns;
+  }
+  totals_.restarts += contested_ ? 0 : 1;
   previous_boot_ = newest_.boot_id;
   size_ = 0;
   valid_any_ = false;
+}
+
+inline bool PositionTracker::OnOtherClock() const {
+  return options_.instant == Options::Instant::kSampled &&
+         (newest_.clock_id == 0 || newest_.clock_id != options_.clock_id);
+}
+
+inline std::int64_t PositionTracker::MaxExtrapolationNs() const {
+  constexpr std::int64_t kLeast = 5'000'000;
+  if (options_.max_extrapolation_ns >= 0) return options_.max_extrapolation_ns;
+  return 2 * device_period_ns_ > kLeast ? 2 * device_period_ns_ : kLeast;
+}
+
+inline std::int64_t PositionTracker::MaxGapNs() const {
+  constexpr std::int64_t kLeast = 50'000'000;
+  if (options_.max_gap_ns >= 0) return options_.max_gap_ns;
+  return 3 * device_period_ns_ > kLeast ? 3 * device_period_ns_ : kLeast;
 }
 
 inline PositionTracker::Reading PositionTracker::Take(const position_t& message, std::int64_t at) {
@@ -176,10 +246,15 @@ inline std::int64_t PositionTracker::LostBetween(std::int64_t seq, std::int64_t 
 
 inline PositionTracker::News PositionTracker::OnPosition(const position_t& message, std::int64_t received_ns) {
   News news;
+  if (options_.machine_id != 0 && message.machine_id != 0 && message.machine_id != options_.machine_id) {
+    ++totals_.other_machine;
+    return news;
+  }
   ++totals_.received;
-  if (any_ && message.boot_id != newest_.boot_id) {
-    news.restarted = true;
-    Restart(message.boot_id);
+  if (contested_ && received_ns - contested_at_ > kAloneAfterNs) contested_ = false;
+  if (any_ && (message.boot_id != newest_.boot_id || message.machine_id != newest_.machine_id)) {
+    Replace(message, received_ns);
+    news.restarted = !contested_;
   } else if (any_ && message.seq <= newest_.seq) {
     ++totals_.late;
     return news;
@@ -192,7 +267,8 @@ inline PositionTracker::News PositionTracker::OnPosition(const position_t& messa
   any_ = true;
   newest_ = message;
   totals_.missed_readings += message.missed;
-  const std::int64_t at = options_.same_host ? message.mono_ns : received_ns;
+  if (OnOtherClock()) return news;
+  const std::int64_t at = options_.instant == Options::Instant::kSampled ? message.mono_ns : received_ns;
   if (at < 0 || (size_ > 0 && at <= Back(0).at)) return news;
   news.used = true;
   newest_at_ = (newest_at_ + 1) % kHistory;
@@ -205,10 +281,64 @@ inline PositionTracker::News PositionTracker::OnPosition(const position_t& messa
   return news;
 }
 
+// Returns why there is no position, for people.
+inline const char* ReasonText(PositionTracker::Freshness freshness) {
+  switch (freshness) {
+    case PositionTracker::Freshness::kFresh:
+      return "the position is fresh";
+    case PositionTracker::Freshness::kStale:
+      return "the newest valid reading is too old";
+    case PositionTracker::Freshness::kNotValid:
+      return "the driver marks the newest reading as not valid";
+    case PositionTracker::Freshness::kNoReading:
+      return "no valid reading has arrived yet: does the driver run?";
+    case PositionTracker::Freshness::kLimitUnknown:
+      return "no DEVICE message has arrived yet, which states the maximum age";
+    case PositionTracker::Freshness::kWrongClock:
+      return "the reading lies in the future: give CLOCK_MONOTONIC of this host";
+    case PositionTracker::Freshness::kOtherClock:
+      return "the driver runs on another host: the instants of its readings are not known here";
+    case PositionTracker::Freshness::kTwoPublishers:
+      return "two drivers publish this device, or two machines have a device of this name";
+  }
+  return "unknown";
+}
+
+inline const char* ReasonText(PositionTracker::Answer answer) {
+  switch (answer) {
+    case PositionTracker::Answer::kRead:
+    case PositionTracker::Answer::kInterpolated:
+    case PositionTracker::Answer::kExtrapolated:
+      return "the position is known";
+    case PositionTracker::Answer::kNoReading:
+      return "no reading has arrived yet: does the driver run?";
+    case PositionTracker::Answer::kBeforeHistory:
+      return "the instant is older than the readings that are kept";
+    case PositionTracker::Answer::kTooFarAhead:
+      return "the instant is too long after the newest reading";
+    case PositionTracker::Answer::kNotValid:
+      return "a reading at this instant is not valid";
+    case PositionTracker::Answer::kDatumChanged:
+      return "the datum changed between the two readings";
+    case PositionTracker::Answer::kGap:
+      return "the two readings are too far apart";
+    case PositionTracker::Answer::kSpeedUnknown:
+      return "the speed after the newest reading is not known yet";
+    case PositionTracker::Answer::kOtherClock:
+      return ReasonText(PositionTracker::Freshness::kOtherClock);
+    case PositionTracker::Answer::kTwoPublishers:
+      return ReasonText(PositionTracker::Freshness::kTwoPublishers);
+  }
+  return "unknown";
+}
+
 inline void PositionTracker::OnDevice(const device_info_t& message) {
+  if (options_.machine_id != 0 && message.machine_id != 0 && message.machine_id != options_.machine_id) return;
   has_device_ = message.ratio_den != 0 && message.counts_per_turn > 0;
   device_boot_ = message.boot_id;
   device_max_age_ns_ = std::int64_t{message.max_age_us} * 1'000;
+  device_period_ns_ =
+      std::int64_t{message.poll_us > message.publish_us ? message.poll_us : message.publish_us} * 1'000;
   modulo_ = message.modulo;
   unit_per_count_ = has_device_
                         ? message.per_turn * static_cast<double>(message.ratio_num) /
@@ -218,6 +348,8 @@ inline void PositionTracker::OnDevice(const device_info_t& message) {
 
 inline PositionTracker::Freshness PositionTracker::Check(std::int64_t now_ns) const {
   constexpr std::int64_t kFutureNs = 1'000'000;
+  if (contested_) return Freshness::kTwoPublishers;
+  if (any_ && OnOtherClock()) return Freshness::kOtherClock;
   if (!valid_any_) return Freshness::kNoReading;
   const std::int64_t max_age = options_.max_age_ns > 0 ? options_.max_age_ns : device_max_age_ns_;
   if (max_age <= 0) return Freshness::kLimitUnknown;
@@ -271,11 +403,11 @@ inline PositionTracker::Answer PositionTracker::Joined(const Reading& a, const R
 inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t instant_ns) const {
   const Reading& last = Back(0);
   if (!Valid(last)) return Refuse(Answer::kNotValid);
-  if (instant_ns - last.at > options_.max_extrapolation_ns) return Refuse(Answer::kTooFarAhead);
+  if (instant_ns - last.at > MaxExtrapolationNs()) return Refuse(Answer::kTooFarAhead);
   double counts_per_ns = 0;
   if ((last.flags & position_t::FLAG_SPEED_VALID) != 0) {
     counts_per_ns = last.counts_per_ns;
-  } else if (size_ > 1 && Joined(Back(1), last, options_.max_gap_ns) == Answer::kInterpolated) {
+  } else if (size_ > 1 && Joined(Back(1), last, MaxGapNs()) == Answer::kInterpolated) {
     counts_per_ns = Slope(Back(1), last);
   } else {
     return Refuse(Answer::kSpeedUnknown);
@@ -285,6 +417,8 @@ inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t insta
 }
 
 inline PositionTracker::Position PositionTracker::At(std::int64_t instant_ns) const {
+  if (contested_) return Refuse(Answer::kTwoPublishers);
+  if (any_ && OnOtherClock()) return Refuse(Answer::kOtherClock);
   if (size_ == 0) return Refuse(Answer::kNoReading);
   if (instant_ns > Back(0).at) return Extrapolate(instant_ns);
   for (std::size_t i = 0; i < size_; ++i) {
@@ -294,7 +428,7 @@ inline PositionTracker::Position PositionTracker::At(std::int64_t instant_ns) co
       return Valid(before) ? Make(Answer::kRead, before, before.flags, 0, 0, 0) : Refuse(Answer::kNotValid);
     }
     const Reading& after = Back(i - 1);
-    const Answer joined = Joined(before, after, options_.max_gap_ns);
+    const Answer joined = Joined(before, after, MaxGapNs());
     if (joined != Answer::kInterpolated) return Refuse(joined);
     return Make(joined, before, before.flags & after.flags, static_cast<double>(instant_ns - before.at),
                 Slope(before, after), before.half_width > after.half_width ? before.half_width : after.half_width);

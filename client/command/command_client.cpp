@@ -53,7 +53,8 @@ CommandResult WithProblem(const CommandId& id, const std::string& problem) {
 
 struct CommandClient::State {
   State(const ClientSettings& settings, ClientKeys keys)
-      : port(settings.command_url, settings.prefix), sessions(clock, port, RandomBootId(), std::move(keys)) {}
+      : port(settings.command_url, settings.prefix, settings.machine),
+        sessions(clock, port, NewOrigin(settings.machine), std::move(keys)) {}
 
   Result<> Start();
   void Stop();

@@ -37,7 +37,7 @@ void Require(bool holds) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   axlecast::FakeClock clock;
   axlecast::MemorySink sink;
-  axlecast::CommandSessions sessions(clock, sink, 1, {});
+  axlecast::CommandSessions sessions(clock, sink, axlecast::Origin{.boot_id = 1}, {});
   sessions.Send(kId, {.device = "axis1", .operation = "zero"});
   sessions.Query(kId, kProbe);
   std::int64_t digest = 0;

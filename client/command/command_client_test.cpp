@@ -9,8 +9,11 @@
 
 #include "client/axlecast/command_client.h"
 #include "client/axlecast/permit_issuer.h"
+#include "client/axlecast/position_tracker.h"
 #include "client/command/signed_messages.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
+#include "platform/os/process.h"
 #include "tests/support/temporary_folder.h"
 
 namespace axlecast {
@@ -26,6 +29,14 @@ ClientSettings Nowhere() {
 }
 
 CommandRequest Zero() { return {.device = "axis1", .operation = "zero"}; }
+
+// position_tracker.h needs no library, so that it calculates both ids by itself.
+TEST(Ids, OfTheTrackerAreThoseOfThePublishers) {
+  EXPECT_EQ(IdOfName("press1"), NameHash("press1"));
+  EXPECT_EQ(OwnClockId(), NewOrigin("press1").clock_id);
+  EXPECT_EQ(NewOrigin("press1").machine_id, NameHash("press1"));
+  EXPECT_EQ(NewOrigin("").machine_id, 0);
+}
 
 TEST(CommandClient, ATimeOutMeansUnknown) {
   CommandClient client(Nowhere());

@@ -242,8 +242,8 @@ void CommandSession::EndNotAccepted(std::string_view problem) {
   End(problem);
 }
 
-CommandSessions::CommandSessions(const Clock& clock, MessageSink& sink, std::int64_t boot_id, ClientKeys keys)
-    : clock_(clock), sink_(sink), boot_id_(boot_id), keys_(std::move(keys)) {}
+CommandSessions::CommandSessions(const Clock& clock, MessageSink& sink, const Origin& origin, ClientKeys keys)
+    : clock_(clock), sink_(sink), origin_(origin), keys_(std::move(keys)) {}
 
 void CommandSessions::Send(const CommandId& id, const CommandRequest& request) {
   if (const Result<> form = CheckForm(request); !form) {
@@ -322,7 +322,7 @@ void CommandSessions::Publish(const SignedBody& body) {
   command_t envelope{};
   envelope.utime = clock_.UtcMicroseconds();
   envelope.mono_ns = clock_.Now();
-  envelope.boot_id = boot_id_;
+  origin_.Set(envelope);
   envelope.seq = seq_++;
   envelope.body = body.bytes;
   envelope.body_size = static_cast<std::int16_t>(body.bytes.size());

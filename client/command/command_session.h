@@ -16,6 +16,7 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 
@@ -110,8 +111,8 @@ class CommandSessions {
   enum class Kind : std::uint8_t { kCommand, kQuery };
   using Key = std::pair<Kind, CommandId>;
 
-  // `clock` and `sink`, the command port, outlive it. `boot_id`: of this process.
-  CommandSessions(const Clock& clock, MessageSink& sink, std::int64_t boot_id, ClientKeys keys);
+  // `clock` and `sink`, the command port, outlive it. `origin`: of this process.
+  CommandSessions(const Clock& clock, MessageSink& sink, const Origin& origin, ClientKeys keys);
 
   // `id` is random and new. What cannot be sent has ended at once.
   void Send(const CommandId& id, const CommandRequest& request);
@@ -136,7 +137,7 @@ class CommandSessions {
 
   const Clock& clock_;
   MessageSink& sink_;
-  const std::int64_t boot_id_;
+  const Origin origin_;
   const ClientKeys keys_;
   std::int64_t seq_ = 0;
   std::map<Key, CommandSession> open_;

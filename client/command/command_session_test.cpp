@@ -263,7 +263,7 @@ class CommandSessionsTest : public testing::Test {
 
   FakeClock clock_;
   MemorySink sink_;
-  CommandSessions sessions_{clock_, sink_, 77, {}};
+  CommandSessions sessions_{clock_, sink_, Origin{.boot_id = 77}, {}};
 };
 
 TEST_F(CommandSessionsTest, ManyAreUnderWayAndEachHearsItsOwn) {

@@ -15,7 +15,7 @@ namespace axlecast {
 
 struct PermitIssuer::State {
   explicit State(const ClientSettings& settings)
-      : port(settings.command_url, settings.prefix), boot_id(RandomBootId()) {
+      : port(settings.command_url, settings.prefix), origin(NewOrigin(settings.machine)) {
     SecretFiles secrets;
     Result<ClientKeys> loaded = LoadClientKeys(settings, secrets);
     if (loaded) keys = std::move(*loaded);
@@ -29,7 +29,7 @@ struct PermitIssuer::State {
   LcmPort port;
   Result<> usable;
   ClientKeys keys;
-  const std::int64_t boot_id;
+  const Origin origin;
   std::mutex mutex;                          // of what follows
   std::int64_t issue = 0;                    // the last
   std::map<std::string, std::int64_t> sent;  // by device
@@ -42,7 +42,7 @@ bool PermitIssuer::State::Issue(const std::string& device, const std::vector<std
   const std::lock_guard lock(mutex);
   permit_body_t body{};
   body.device = device;
-  body.issuer_boot_id = boot_id;
+  body.issuer_boot_id = origin.boot_id;
   body.issue = ++issue;
   body.issued_utime = clock.UtcMicroseconds();
   body.valid_ms = valid_ms;
@@ -50,7 +50,7 @@ bool PermitIssuer::State::Issue(const std::string& device, const std::vector<std
   permit_t permit = MakePermit(std::move(body), keys.own.get());
   permit.utime = clock.UtcMicroseconds();
   permit.mono_ns = clock.Now();
-  permit.boot_id = boot_id;
+  origin.Set(permit);
   permit.seq = sent[device]++;
   const std::int64_t unsent = port.unsent();
   return Publish(port, "PERMIT/" + device, permit) && port.unsent() == unsent;

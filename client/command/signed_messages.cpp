@@ -78,6 +78,7 @@ ClientSettings SettingsOf(const MachineConfig& machine) {
   ClientSettings settings;
   settings.command_url = machine.lcm.command_url;
   settings.prefix = machine.lcm.prefix;
+  settings.machine = machine.machine;
   if (machine.bridge.bridge.public_key) settings.bridge_key = KeyText(*machine.bridge.bridge.public_key);
   return settings;
 }

@@ -35,12 +35,16 @@ struct Axis {
 
 void Print(const PositionTracker& tracker) {
   const std::int64_t now = MonotonicNs();
-  if (tracker.Check(now) != Freshness::kFresh) {
-    std::printf("no usable position\n");
+  const Freshness freshness = tracker.Check(now);
+  if (freshness != Freshness::kFresh) {
+    std::printf("no position: %s\n", axlecast::ReasonText(freshness));
     return;
   }
   const auto position = tracker.At(now);
-  if (!position) return;
+  if (!position) {
+    std::printf("no position: %s\n", axlecast::ReasonText(position.answer));
+    return;
+  }
   const bool referenced = (position.flags & axlecast::position_t::FLAG_REFERENCED) != 0;
   std::printf("%14.4f  %.1f ms old  %lld lost%s\n", position.value, static_cast<double>(tracker.AgeNs(now)) * 1e-6,
               static_cast<long long>(tracker.totals().lost), referenced ? "" : "  not referenced");

@@ -100,6 +100,9 @@ inline constexpr AlarmSpec kKeyMissing = {
     "The bridge cannot sign: see its log; drivers and clients do not obey it."};
 inline constexpr AlarmSpec kOtherBridge = {306, kBridge, kCritical, "other_bridge",
                                            "Two bridges serve one command port: stop one of them."};
+inline constexpr AlarmSpec kOtherMachine = {
+    307, kBridge, kWarning, "other_machine",
+    "Two machines use one LCM group: axlecast doctor states what to change."};
 
 }  // namespace bridge_alarms
 

@@ -45,13 +45,17 @@ AlarmTable::Entry* AlarmTable::Find(const AlarmSpec& alarm) {
   return found == entries_.end() ? nullptr : &*found;
 }
 
-void AlarmTable::Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime) {
+void AlarmTable::Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime, std::string_view detail) {
   Entry* entry = Find(alarm);
   if (entry == nullptr) {
     if (state == AlarmState::kAbsent) return;
     entry = &entries_.emplace_back(Entry{.spec = alarm});
   }
   if (state != entry->state || entry->unknown) ++revision_;
+  if (state != AlarmState::kAbsent && entry->detail != detail) {
+    entry->detail = detail;
+    ++revision_;
+  }
   if (state != AlarmState::kAbsent) {
     if (alarm.severity != entry->spec.severity) Regrade(*entry, alarm);
     if (entry->state == AlarmState::kAbsent) Appear(*entry, utime);
@@ -219,7 +223,7 @@ void AlarmTable::Arrange(alarm_t& message) {
     out.first_utime = entry.first_utime;
     out.count = entry.count;
     out.name = CappedText(entry.spec.name, kNameBytes);
-    out.action = CappedText(entry.spec.action, kActionBytes);
+    out.action = CappedText(entry.detail.empty() ? entry.spec.action : entry.detail, kActionBytes);
   }
 }
 
@@ -233,15 +237,16 @@ void AlarmTable::Write(alarm_t& message, std::int64_t utime) {
   for (std::size_t i = 0; i < shown_.size(); ++i) message.entries[i].last_utime = shown_[i]->last_utime;
 }
 
-ProgramAlarms::ProgramAlarms(std::string name, std::int64_t boot_id) {
-  message_.boot_id = boot_id;
+ProgramAlarms::ProgramAlarms(std::string name, const Origin& origin) {
+  origin.Set(message_);
   message_.seq = -1;
   message_.device = std::move(name);
 }
 
-void ProgramAlarms::Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched) {
+void ProgramAlarms::Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched,
+                        std::string_view detail) {
   const AlarmState gone = latched ? AlarmState::kDriverLatched : AlarmState::kAbsent;
-  table_.Set(alarm, present ? AlarmState::kLive : gone, utime);
+  table_.Set(alarm, present ? AlarmState::kLive : gone, utime, detail);
 }
 
 const alarm_t& ProgramAlarms::Make(Timestamp now) {

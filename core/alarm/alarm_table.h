@@ -9,6 +9,7 @@
 #include "core/base/spelling.h"
 #include "core/base/time.h"
 #include "core/device/device.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 
@@ -48,7 +49,8 @@ class AlarmTable {
     entries_.reserve(kExpected);
   }
 
-  void Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime);
+  // `detail`: replaces the action of the alarm, <= 80 bytes; empty: the action is that of `alarm`.
+  void Set(const AlarmSpec& alarm, AlarmState state, std::int64_t utime, std::string_view detail = {});
   // While the device is offline, the state of its own alarms is UNKNOWN, and none is cleared. A later report of the device
   // counts again. When the device is online again, its other alarms have their last reported state.
   void SetOffline(bool offline);
@@ -100,6 +102,7 @@ class AlarmTable {
     std::int64_t first_utime = 0;
     std::int64_t last_utime = 0;
     std::int32_t count = 0;
+    std::string detail = {};
   };
   struct Expected {
     std::string alarm;
@@ -136,10 +139,11 @@ class AlarmTable {
 // The alarms of one program other than a driver, and its ALARM message.
 class ProgramAlarms {
  public:
-  ProgramAlarms(std::string name, std::int64_t boot_id);
+  ProgramAlarms(std::string name, const Origin& origin);
 
-  // With `latched`, an alarm that is not present is listed as DRIVER_LATCHED. `utime`: us, UNIX time.
-  void Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched = false);
+  // With `latched`, an alarm that is not present is listed as DRIVER_LATCHED. `utime`: us, UNIX time. `detail` as in AlarmTable.
+  void Set(const AlarmSpec& alarm, bool present, std::int64_t utime, bool latched = false,
+           std::string_view detail = {});
   // Returns the message for `now`; valid until the next call.
   [[nodiscard]] const alarm_t& Make(Timestamp now);
   [[nodiscard]] std::int64_t revision() const { return table_.revision(); }

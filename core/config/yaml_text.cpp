@@ -9,6 +9,8 @@
 #include <sstream>
 
 #include "core/base/spelling.h"
+#include "core/base/text.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 namespace {
@@ -77,8 +79,8 @@ void AddOpenQuote(const OpenQuote& open, const std::string& found, ConfigErrors&
   YAML::Mark mark;
   mark.line = open.line;
   mark.column = open.column;
-  errors.Add(mark, std::string("not YAML: the quote ") + open.quote +
-                       " that opens here is not closed in its line (" + found + ")");
+  errors.Add(mark, Text("not YAML: the quote %c that opens here is not closed in its line (%s)", open.quote,
+                        found.c_str()));
 }
 
 class TreeCheck {
@@ -267,12 +269,7 @@ YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
 std::int64_t ConfigHash(const YAML::Node& device) {
   std::string text;
   Append(text, device);
-  std::uint64_t hash = 0xCBF29CE484222325;  // FNV-1a, draft-eastlake-fnv, 64 bits
-  for (const char c : text) {
-    hash ^= static_cast<std::uint8_t>(c);
-    hash *= 0x100000001B3;
-  }
-  return static_cast<std::int64_t>(hash);
+  return NameHash(text);
 }
 
 }  // namespace axlecast

@@ -48,6 +48,13 @@ std::optional<Message> DecodeMessage(Bytes bytes) {
   }
 }
 
+// Returns the int64_t at `offset` of an encoded message, which contains it. LCM encodes big-endian.
+[[nodiscard]] inline std::int64_t ReadInt64(Bytes message, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : message.subspan(offset, 8)) value = (value << 8U) | byte;
+  return static_cast<std::int64_t>(value);
+}
+
 // Returns the message as LCM transmits it: fingerprint and fields.
 template <typename Message>
 [[nodiscard]] std::vector<std::uint8_t> Encoded(const Message& message) {

@@ -80,7 +80,7 @@ buses:
   FakeClock clock_;
   Timebase time_;
   MemorySink sink_;
-  WireLog log_{"motors", 1, time_, sink_, {}};
+  WireLog log_{"motors", Origin{.boot_id = 1}, time_, sink_, {}};
   NoObserver observer_;
   FixedSecrets secrets_;
   std::optional<MachineConfig> machine_;

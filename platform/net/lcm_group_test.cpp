@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 
 #include <array>
+#include <axlecast/bus_health_t.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -14,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/messages/origin.h"
 #include "platform/net/datagram_test_support.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/lcm_receiver.h"
@@ -87,6 +89,29 @@ TEST(LcmGroup, APortThatOnlyPublishesOpensNoReceivingSocketAndNoThread) {
   ASSERT_TRUE(port.Subscribe("A", [](const std::string&, Bytes) {}));
   EXPECT_EQ(SocketsAtPort(), 1);
   EXPECT_EQ(Threads(), threads) << "liblcm receives";
+}
+
+TEST(LcmGroup, RefusesAndCountsTheMessagesOfAnotherMachine) {
+  LcmPort port(kUrl, "", "press1");
+  std::vector<std::string> received;
+  ASSERT_TRUE(
+      port.Subscribe("BUS/.*", [&received](const std::string& channel, Bytes) { received.push_back(channel); }));
+  for (const char* machine : {"press2", "press1"}) {
+    bus_health_t message{};
+    message.machine = machine;
+    message.machine_id = NameHash(machine);
+    ASSERT_TRUE(Publish(port, std::string("BUS/") + machine, message));
+  }
+  while (received.empty()) ASSERT_TRUE(port.Handle(kLimitMs));
+  EXPECT_THAT(received, ElementsAre("BUS/press1"));
+  const ReceptionCounts counts = port.received();
+  ASSERT_EQ(counts.machines.size(), 1U);
+  EXPECT_EQ(counts.machines[0].name, "press2");
+  EXPECT_THAT(ReceptionText(counts, ""), HasSubstr("machine 'press2' uses the same LCM group and port"));
+  ReceptionReport report;
+  EXPECT_TRUE(report.Changed(counts));
+  EXPECT_NE(report.NextLine(counts, kSecond), "");
+  EXPECT_FALSE(report.Changed(counts));
 }
 
 TEST(LcmGroup, DeliversWhatWasSubscribedBehindThePrefix) {

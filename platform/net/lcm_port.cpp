@@ -58,6 +58,7 @@ ReceptionCounts& ReceptionCounts::operator+=(const ReceptionCounts& other) {
   dropped += other.dropped;
   outside += other.outside;
   malformed += other.malformed;
+  for (const OtherMachine& machine : other.machines) AddMachine(machines, machine);
   return *this;
 }
 
@@ -67,6 +68,13 @@ std::string ReceptionText(const ReceptionCounts& counts, const std::string& reme
   if (counts.dropped > 0 && !remedy.empty()) text += " (" + remedy + ")";
   Add(text, counts.outside, "from other hosts refused, because the URL has ttl=0");
   Add(text, counts.malformed, "refused that are not of LCM");
+  if (!counts.machines.empty()) {
+    if (!text.empty()) text += "; ";
+    text += NamesOf(counts.machines) +
+            " uses the same LCM group and port: its messages are refused; give each machine a prefix, a group or a "
+            "port of "
+            "its own (axlecast doctor)";
+  }
   return text.empty() ? "" : "LCM since the start: " + text;
 }
 
@@ -89,7 +97,16 @@ struct LcmPort::State {
                    Bytes(static_cast<const std::uint8_t*>(message->data), message->data_size));
   }
 
-  explicit State(const std::string& name_prefix) : prefix(name_prefix), subscribed(name_prefix) {}
+  State(const std::string& name_prefix, std::string_view machine)
+      : prefix(name_prefix), machines(machine), subscribed(name_prefix) {}
+
+  // Returns a handler that calls `handler` with the messages of this machine only.
+  Handler OfThisMachine(Handler handler) {
+    return [this, handler = std::move(handler)](const std::string& channel, Bytes message) {
+      if (machines.Takes(message)) return handler(channel, message);
+      machines.Refuse(message, clock.Now());
+    };
+  }
 
   bool SubscribeByLcm(const std::string& channel, Handler handler, int capacity);
   bool HandleByLcm(int timeout_ms) const;
@@ -97,6 +114,7 @@ struct LcmPort::State {
 
   const SystemClock clock;
   const std::string prefix;
+  MachineFilter machines;
   std::atomic<std::int64_t> unsent{0};
   lcm_t* lcm = nullptr;
   std::list<Subscription> subscriptions;  // of liblcm, which stores their addresses
@@ -105,8 +123,8 @@ struct LcmPort::State {
   std::optional<LcmReceiver> receiver;    // of it, from the first subscription on
 };
 
-LcmPort::LcmPort(const std::string& url, const std::string& prefix)
-    : state_(std::make_unique<State>(prefix)),
+LcmPort::LcmPort(const std::string& url, const std::string& prefix, std::string_view machine)
+    : state_(std::make_unique<State>(prefix, machine)),
       problem_(IsOtherProvider(url) ? "" : ErrorText(CheckMulticast(url))) {
   if (!problem_.empty()) return;
   if (auto parsed = ParseLcmUrl(url); parsed && !parsed->in_process) state_->group = std::move(*parsed);
@@ -140,6 +158,7 @@ void LcmPort::Publish(const std::string& channel, Bytes message) {
 
 bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacity) {
   if (state_->lcm == nullptr || !problem_.empty() || !IsRegularExpression(channel)) return false;
+  handler = state_->OfThisMachine(std::move(handler));
   if (!state_->group) return state_->SubscribeByLcm(channel, std::move(handler), capacity);
   if (!state_->receiver) state_->receiver.emplace(*state_->group);
   problem_ = state_->receiver->problem();
@@ -197,7 +216,9 @@ int LcmPort::FileDescriptor() const {
 }
 
 ReceptionCounts LcmPort::received() const {
-  return state_->receiver ? state_->receiver->counts() : ReceptionCounts();
+  ReceptionCounts counts = state_->receiver ? state_->receiver->counts() : ReceptionCounts();
+  counts.machines = state_->machines.Others(state_->clock.Now());
+  return counts;
 }
 
 std::string LcmPort::warning() const { return state_->receiver ? state_->receiver->warning() : ""; }

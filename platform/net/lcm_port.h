@@ -4,8 +4,11 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/base/time.h"
+#include "core/messages/machine_filter.h"
 #include "core/messages/message.h"
 
 namespace axlecast {
@@ -16,6 +19,7 @@ struct ReceptionCounts {
   std::int64_t dropped = 0;    // datagrams that the kernel dropped: the process's buffer was full
   std::int64_t outside = 0;    // datagrams of other hosts, refused because the URL has ttl=0, and empty datagrams
   std::int64_t malformed = 0;  // datagrams that are not of LCM
+  std::vector<OtherMachine> machines = {};  // other machines whose messages were refused, and are arriving
 
   ReceptionCounts& operator+=(const ReceptionCounts& other);
   bool operator==(const ReceptionCounts&) const = default;
@@ -29,7 +33,7 @@ class ReceptionReport {
   // Returns true if something was lost or refused since the last line. Cheap.
   [[nodiscard]] bool Changed(const ReceptionCounts& counts) const {
     return counts.dropped != reported_.dropped || counts.outside != reported_.outside ||
-           counts.malformed != reported_.malformed;
+           counts.malformed != reported_.malformed || NamesOf(counts.machines) != NamesOf(reported_.machines);
   }
 
   // Returns a line to log now, or no text. `remedy`: LcmPort::warning().
@@ -52,8 +56,9 @@ class LcmPort final : public MessageSink {
  public:
   using Handler = std::function<void(const std::string& channel, Bytes message)>;
 
-  // `prefix` is added to every channel that is published or subscribed, and removed for handlers.
-  LcmPort(const std::string& url, const std::string& prefix);
+  // `prefix` is added to every channel that is published or subscribed, and removed for handlers. With `machine`, a name, messages
+  // that state another machine are refused.
+  LcmPort(const std::string& url, const std::string& prefix, std::string_view machine = {});
   ~LcmPort() override;
   LcmPort(const LcmPort&) = delete;
   LcmPort& operator=(const LcmPort&) = delete;
@@ -76,7 +81,7 @@ class LcmPort final : public MessageSink {
   // Readable when Handle has work. -1 over udpm:// before the first subscription.
   [[nodiscard]] int FileDescriptor() const;
 
-  // Counts of udpm://; zero with other providers. Thread-safe.
+  // Counts of udpm://; with other providers only `machines`. Thread-safe.
   [[nodiscard]] ReceptionCounts received() const;
   // Returns a warning with the commands that fix it if the receive buffer is smaller than requested; otherwise no text.
   [[nodiscard]] std::string warning() const;

@@ -9,10 +9,14 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <fstream>
+
+#include "core/base/text.h"
 
 namespace axlecast {
 namespace {
@@ -38,6 +42,15 @@ void SetAction(void (*handler)(int)) {
 
 std::string Reason() { return std::strerror(errno); }
 
+// CLOCK_MONOTONIC begins at the boot of the kernel, and a time namespace shifts it (time_namespaces(7)).
+std::string ClockText() {
+  std::string boot;
+  std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
+  std::array<char, 64> space{};
+  const ssize_t size = readlink("/proc/self/ns/time", space.data(), space.size());
+  return boot + std::string(space.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+}
+
 }  // namespace
 
 std::int64_t RandomBootId() {
@@ -46,6 +59,14 @@ std::int64_t RandomBootId() {
     if (getrandom(&id, sizeof id, 0) != static_cast<ssize_t>(sizeof id)) id = 0;
   }
   return static_cast<std::int64_t>(id & INT64_MAX);
+}
+
+Origin NewOrigin(std::string_view machine) {
+  static const std::string kClock = ClockText();
+  return {.boot_id = RandomBootId(),
+          .machine_id = machine.empty() ? 0 : NameHash(machine),
+          .clock_id = kClock.empty() ? 0 : NameHash(kClock),
+          .machine = CappedText(machine, kNameBytes)};
 }
 
 std::array<std::uint8_t, 16> RandomId() {

@@ -6,16 +6,22 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/messages/origin.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {
 
 // A new identity for a process: random, > 0.
 [[nodiscard]] std::int64_t RandomBootId();
+
+// Returns the origin of the messages of this process: a new boot id, the machine of this name (empty: not stated), and the
+// clock of this host: its boot, and the time namespace of the process.
+[[nodiscard]] Origin NewOrigin(std::string_view machine);
 
 // 128 random bits: the id of a command, or a token.
 [[nodiscard]] std::array<std::uint8_t, 16> RandomId();

@@ -79,7 +79,7 @@ int Run(const std::string& file, MonoNs time) {
                     .log = [](LogLevel, std::string_view) {},
                     .link_warnings = {}};
   link.PlugInto(ports);
-  Driver driver(bus, UnsignedBridge(), 42, std::move(ports));
+  Driver driver(bus, UnsignedBridge(), Origin{.boot_id = 42}, std::move(ports));
   for (const MonoNs end = clock.Now() + time; clock.Now() < end;) driver.RunOnce();
   driver.Stop();
   return log.Close() ? 0 : 1;

@@ -3,7 +3,7 @@
 namespace axlecast {
 
 DeviceUnderTest::DeviceUnderTest(const BusConfig& bus, MessageSink& sink, MonoNs now)
-    : channel_(bus, bus.devices[0], {.boot_id = 1, .time = &time_, .sink = &sink, .on_outcome = {}}),
+    : channel_(bus, bus.devices[0], {.origin = {.boot_id = 1}, .time = &time_, .sink = &sink, .on_outcome = {}}),
       device_(bus.family->make_device(bus, bus.devices[0], channel_, secrets_)) {
   time_.Update(now, 1'700'000'000'000'000);
   channel_.OnLink(true, "", now);

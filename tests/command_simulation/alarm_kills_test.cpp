@@ -60,12 +60,12 @@ class AlarmedDriver {
   DriverCommandServer desk_{
       bus_,
       UnsignedBridge(),
-      {.boot_id = boot_id_, .clock = &clock_, .sink = &network_, .wake = [] {}, .key = nullptr}};
+      {.origin = {.boot_id = boot_id_}, .clock = &clock_, .sink = &network_, .wake = [] {}, .key = nullptr}};
   Operations operations_{PolledFamily(), desk_, time_, [](LogLevel, std::string_view) {}};
   DevicePublisher channel_{
       bus_,
       bus_.devices[0],
-      {.boot_id = boot_id_,
+      {.origin = {.boot_id = boot_id_},
        .time = &time_,
        .sink = &network_,
        .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
@@ -140,7 +140,7 @@ class AlarmKills {
                             .key = nullptr,
                             .log = [](const std::string&) {},
                             .random = [] { return CommandId{}; }};
-    Alive([&] { bridge_ = std::make_unique<Dispatcher>(machine_, ++boots_, ports, Now()); });
+    Alive([&] { bridge_ = std::make_unique<Dispatcher>(machine_, Origin{.boot_id = ++boots_}, ports, Now()); });
   }
   template <typename Work>
   void Alive(const Work& work) {

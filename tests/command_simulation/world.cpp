@@ -145,7 +145,7 @@ void World::StartBridge() {
   bridge_starts_ = clock_.now + 300 * kMillisecond;
   try {
     journal_ = std::make_unique<InlineJournal>(faulty_store_);
-    bridge_ = std::make_unique<Dispatcher>(machine_, kFirstBoot + bridge_boots_++,
+    bridge_ = std::make_unique<Dispatcher>(machine_, Origin{.boot_id = kFirstBoot + bridge_boots_++},
                                            BridgePorts{.journal = journal_.get(),
                                                        .commands = &faulty_sink_,
                                                        .data = &network_,

@@ -44,7 +44,7 @@ void WorldDriver::Restart() {
   desk_ = std::make_unique<DriverCommandServer>(
       bus_, bridge_,
       DriverCommandServer::Context{
-          .boot_id = ++boots, .clock = &clock_, .sink = &sink_, .wake = [] {}, .key = nullptr});
+          .origin = {.boot_id = ++boots}, .clock = &clock_, .sink = &sink_, .wake = [] {}, .key = nullptr});
   next_hello_ = clock_.now + 100 * kMillisecond;
 }
 

@@ -95,7 +95,7 @@ TEST_P(DeviceConformance, ARecordingDecodesToTheSameReadings) {
   Timebase time;
   time.Update(clock.Now(), clock.UtcMicroseconds());
   MemorySink sink;
-  WireLog log(bus_->name, 1, time, sink, WireKindOf(*bus_));
+  WireLog log(bus_->name, Origin{.boot_id = 1}, time, sink, WireKindOf(*bus_));
   Bus bus = link.MakeBus(clock, observer, &log);
   std::vector<RecordingOutput> live(bus_->devices.size(), AtRest());
   std::vector<RecordingOutput> again = live;

@@ -39,7 +39,7 @@ class DriverConformance : public ExampleTest {
                       .log = [](LogLevel, std::string_view) {},
                       .link_warnings = {}};
     link_->PlugInto(ports);
-    driver_ = std::make_unique<Driver>(*bus_, UnsignedBridge(), kBoot, std::move(ports));
+    driver_ = std::make_unique<Driver>(*bus_, UnsignedBridge(), Origin{.boot_id = kBoot}, std::move(ports));
   }
   void SetUp() override { ASSERT_TRUE(driver_); }
 

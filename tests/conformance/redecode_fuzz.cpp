@@ -53,7 +53,7 @@ std::vector<wire_t> Record(const MachineConfig& machine, const BusConfig& bus) {
   link.PlugInto(ports);
   BridgeConfig bridge;
   bridge.allow_unsigned = true;
-  Driver driver(bus, bridge, 42, std::move(ports));
+  Driver driver(bus, bridge, Origin{.boot_id = 42}, std::move(ports));
   const auto recorded = [&] { return data.Messages("WIRE/" + bus.name).size(); };
   for (const MonoNs end = clock.Now() + kRecorded; clock.Now() < end && recorded() < kMaxMessages;)
     driver.RunOnce();

@@ -32,7 +32,7 @@ class RedecodeConformance : public ExampleTest {
                       .log = [](LogLevel, std::string_view) {},
                       .link_warnings = {}};
     link_->PlugInto(ports);
-    Driver driver(captured_, UnsignedBridge(), boot_id, std::move(ports));
+    Driver driver(captured_, UnsignedBridge(), Origin{.boot_id = boot_id}, std::move(ports));
     for (const MonoNs end = clock_.Now() + time; clock_.Now() < end;) driver.RunOnce();
     driver.Stop();
   }

@@ -112,22 +112,29 @@ class Network(DoctorMachine):
         self.assert_mended("receive_buffer_default", fast, "--root", self.root)
         self.assertEqual(self.text("etc/sysctl.d/60-axlecast.conf"), "net.core.rmem_default = 2097152\n")
 
-    def other_driver(self, bus, name):
+    def other_driver(self, bus, name, machine):
+        """A driver beside that of the machine: in a run directory of its own, as on another host."""
         text = self.config.read_text().replace("rs485-0", bus).replace("axis1", "axis-" + name)
-        self.driver(self.write(text.replace("machine: test", f"machine: {name}"), f"{name}.yaml"), bus, name=name)
+        folder = self.folder / name
+        folder.mkdir()
+        self.driver(self.write(text.replace("machine: test", f"machine: {machine}"), f"{name}.yaml"), bus, name=name,
+                    env={"AXLECAST_RUN_DIR": str(folder)})
 
     def test_other_machine(self):
         self.assert_quiet("other_machine", self.config)
         self.driver(self.config, "rs485-0")
-        self.other_driver("rs485-9", "press4")
-        finding = wait_for(lambda: self.found("other_machine", self.config), "a driver of another machine")[0]
-        self.assertIn("DRIVER_STATUS/rs485-9", finding["found"])
-        self.assertNotIn("rs485-0", finding["found"])
+        for bus in ("rs485-0", "rs485-9"):  # a bus of the same name, and another one
+            with self.subTest(bus):
+                self.other_driver(bus, f"beside-{bus}", "press4")
+                finding = wait_for(lambda: self.found("other_machine", self.config), "a driver of another machine")[0]
+                self.assertIn("machine 'press4' sends on the channels of machine 'test'", finding["found"])
+                self.assertIn('lcm: {prefix: "press4/"}', " ".join(finding["mend"]))
+                self.assert_quiet("duplicate_driver", self.config)
 
     def test_duplicate_driver(self):
         self.driver(self.config, "rs485-0")
         self.assert_quiet("duplicate_driver", self.config)
-        self.other_driver("rs485-0", "press4")
+        self.other_driver("rs485-0", "second", "test")
         finding = wait_for(lambda: self.found("duplicate_driver", self.config), "two drivers of one bus")[0]
         self.assertIn("2 drivers of bus rs485-0", finding["found"])
 

@@ -47,7 +47,7 @@ class MotorBusTest : public testing::Test {
     ASSERT_TRUE(simulator_) << errors.Text();
     secrets_.any = "password";
     link_ = std::make_unique<SimulatorLink>(clock_, *simulator_, bus.link.line.baud);
-    driver_ = std::make_unique<Driver>(bus, UnsignedBridge(), kBoot,
+    driver_ = std::make_unique<Driver>(bus, UnsignedBridge(), Origin{.boot_id = kBoot},
                                        DriverPorts{.link = link_.get(),
                                                    .lines = nullptr,
                                                    .secrets = &secrets_,

@@ -110,7 +110,9 @@ class GridChannel {
         period_us_(grid.period_us),
         max_age_us_(MaxAge(grid.max_age_us, devices)),
         devices_(devices),
-        tracker_({.max_extrapolation_ns = 0, .max_gap_ns = max_age_us_ * kNsPerMicrosecond, .same_host = false}) {}
+        tracker_({.max_extrapolation_ns = 0,
+                  .max_gap_ns = max_age_us_ * kNsPerMicrosecond,
+                  .instant = PositionTracker::Options::Instant::kGiven}) {}
 
   // Calls set(index, cell) for the rows from the previous reading up to this one. `index`: UNIX time in grid periods.
   template <typename Set>

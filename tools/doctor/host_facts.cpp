@@ -41,16 +41,21 @@ void ReceiveDrivers(const MachineConfig& machine, MonoNs listen, NetworkFacts& n
   LcmPort port(machine.lcm.command_url, "");
   if (!port.problem().empty()) return;
   ReceivedDrivers drivers(machine);
-  const auto receive = [&drivers](const std::string& channel, Bytes message) {
-    if (const auto status = DecodeMessage<driver_status_t>(message)) drivers.On(channel, status->boot_id);
+  MachineFilter machines(machine.machine);
+  const SystemClock clock;
+  const auto receive = [&](const std::string& channel, Bytes message) {
+    const auto status = DecodeMessage<driver_status_t>(message);
+    if (!status) return;
+    if (machines.Takes(message)) return drivers.On(channel, status->boot_id);
+    if (channel.starts_with(machine.lcm.prefix + "DRIVER_STATUS/")) machines.Refuse(message, clock.Now());
   };
   if (!port.Subscribe(".*DRIVER_STATUS/.*", receive)) return;
-  const SystemClock clock;
   for (const MonoNs end = clock.Now() + listen; clock.Now() < end;) {
     const MonoNs left = (end - clock.Now()) / kMillisecond + 1;
     if (!port.Handle(static_cast<int>(left))) break;
   }
   network.drivers = drivers.All();
+  network.machines = machines.Others(clock.Now());
 }
 
 // Receives the messages of the machine if one of its drivers runs, and finds their faults.

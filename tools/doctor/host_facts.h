@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
+#include "core/messages/machine_filter.h"
 #include "drivers/hal/adapter.h"
 #include "drivers/hal/can_netlink.h"
 #include "platform/os/folder.h"
@@ -32,6 +33,7 @@ struct NetworkFacts {
   std::optional<std::int64_t> receive_default;                // net.core.rmem_default
   std::vector<std::string> lcm_libraries;                     // files of liblcm
   std::vector<std::pair<std::string, std::int64_t>> drivers;  // received on the command port: channel, boot id
+  std::vector<OtherMachine> machines = {};                    // that send on the same channels
   std::vector<std::string> machine_faults;                    // if the machine runs: MachineFaults
 };
 

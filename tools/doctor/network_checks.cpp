@@ -254,7 +254,30 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
   return {symptom};
 }
 
+// Returns the line `lcm:` of a machine file that differs from this machine's in its ports only.
+std::string OtherPorts(const MachineConfig& machine) {
+  const auto moved = [](const std::string& text) {
+    const auto url = ParseLcmUrl(text);
+    if (!url || url->in_process) return text;
+    return "udpm://" + url->group + ':' + std::to_string(url->port + 10) + "?ttl=" + std::to_string(url->ttl);
+  };
+  return "lcm: {url: \"" + moved(machine.lcm.url) + "\", command_url: \"" + moved(machine.lcm.command_url) + "\"}";
+}
+
+// Returns a prefix for the channels of a machine. The file allows 16 bytes.
+std::string PrefixFor(const OtherMachine& machine) {
+  return (machine.name.empty() ? "machine2" : machine.name.substr(0, 15)) + "/";
+}
+
 Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) {
+  if (!host.network.machines.empty()) {
+    return {
+        {.found = Printable(NamesOf(host.network.machines)) + " sends on the channels of machine " +
+                  Quoted(machine.machine) + ", on " + machine.lcm.command_url,
+         .fixes = {Manual("stop neither: give one of the machines a prefix in its machine file, and restart it:"),
+                   Manual("lcm: {prefix: \"" + PrefixFor(host.network.machines.front()) + "\"}"),
+                   Manual("or other ports:"), Manual(OtherPorts(machine))}}};
+  }
   std::set<std::string> others;
   for (const auto& [channel, boot_id] : host.network.drivers) {
     if (!IsDriverOf(machine, channel)) others.insert(channel);
@@ -270,8 +293,7 @@ Symptoms CheckOtherMachine(const MachineConfig& machine, const HostFacts& host) 
   return {{.found = "drivers that are not in the machine file send on " + machine.lcm.command_url + ": " +
                     Printable(Listed(named)) + more,
            .fixes = {Manual("give one of the machines other ports in its machine file:"),
-                     Manual("lcm: {url: \"udpm://239.255.76.67:7677?ttl=0\", command_url: "
-                            "\"udpm://239.255.76.67:7678?ttl=0\"}")}}};
+                     Manual(OtherPorts(machine))}}};
 }
 
 Symptoms CheckDuplicateDriver(const MachineConfig& machine, const HostFacts& host) {
@@ -322,8 +344,8 @@ constexpr auto kChecks = std::to_array<Check>({
      "any host whose datagrams reach their port, also with ttl=0.",
      &CheckLcmLibrary},
     {"other_machine", Severity::kWarning, "no other machine uses the command port",
-     "Every process receives the messages of both machines. Equal names are mixed up, and each machine raises "
-     "alarms about the other.",
+     "axlecast's programs ignore the messages of the other machine and raise an alarm. Other programs mix up "
+     "devices with equal names.",
      &CheckOtherMachine},
     {"duplicate_driver", Severity::kError, "each bus has one driver",
      "Two drivers disturb each other on the line. The alarm duplicate_driver is raised.", &CheckDuplicateDriver},

@@ -80,6 +80,9 @@ inline Monitor BusyMachine() {
   status.is_final = 1;
   receive("COMMAND_STATUS", status);
   receive("DEVICE/gm1", position_t{});
+  ReceptionCounts reception;
+  reception.machines.push_back({.id = 1, .name = "press2", .messages = 3});
+  monitor.OnReception(reception);
   return monitor;
 }
 

@@ -462,6 +462,9 @@ void AddReception(Exposition& out, const Monitor& monitor) {
              "Datagrams that this process refused: of other hosts although the URL has ttl=0, or not made by LCM.");
   out.Add({{"cause", "other_host"}}, reception.outside);
   out.Add({{"cause", "malformed"}}, reception.malformed);
+  out.Family("axlecast_other_machine_messages_total", Type::kCounter,
+             "Messages of another machine on the same LCM group and port, which this process refused.");
+  for (const OtherMachine& machine : reception.machines) out.Add({{"machine", machine.name}}, machine.messages);
 }
 
 }  // namespace

@@ -193,5 +193,9 @@ TEST_F(MetricsTextTest, NamesThatTheFileDoesNotListAreCountedAndGetNoSeries) {
   EXPECT_EQ(Value("axlecast_device_readings_total{device=\"axis1\"}"), "5000");
 }
 
+TEST_F(MetricsTextTest, AnotherMachineHasItsOwnSeries) {
+  EXPECT_EQ(Value("axlecast_other_machine_messages_total{machine=\"press2\"}"), "3");
+}
+
 }  // namespace
 }  // namespace axlecast

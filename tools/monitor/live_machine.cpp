@@ -5,7 +5,7 @@
 namespace axlecast {
 
 LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
-    : clock_(clock), port_(machine.lcm.url, machine.lcm.prefix), view_(machine) {
+    : clock_(clock), port_(machine.lcm.url, machine.lcm.prefix, machine.machine), view_(machine) {
   const auto handler = [this](const std::string& channel, Bytes message) {
     view_.OnMessage(channel, message, clock_.Now());
   };
@@ -18,12 +18,15 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
 }
 
 Result<> LiveMachine::GatherAll(const MachineConfig& machine) {
-  constexpr MonoNs kAlarmWait = 1200 * kMillisecond;  // bridge and mqtt publish ALARM once a second, if they run
+  // Bridge and mqtt publish ALARM once a second, if they run, and so do the drivers of another machine its name.
+  constexpr MonoNs kAlarmWait = 1200 * kMillisecond;
   const MonoNs start = clock_.Now();
   const bool has_broker = !machine.mqtt.host.empty();
   return Gather(start + GatherTime(machine), [&](const MachineView& view) {
     const bool alarms = view.bridge().received() && (view.broker().received() || !has_broker);
-    return view.AllReceived() && (alarms || clock_.Now() - start > kAlarmWait);
+    const auto others = port_.received().machines;
+    const bool named = std::ranges::none_of(others, [](const OtherMachine& other) { return other.name.empty(); });
+    return view.AllReceived() && ((alarms && named) || clock_.Now() - start > kAlarmWait);
   });
 }
 

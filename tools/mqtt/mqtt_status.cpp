@@ -17,7 +17,7 @@ std::int64_t Shed(const OutboxCounts& counts, RetentionClass keeping) {
 }  // namespace
 
 Json MqttStatusJson(const char* state, std::int64_t boot_id) {
-  return {{"state", state}, {"boot_id", BootIdField(boot_id)}};
+  return {{"state", state}, {"boot_id", IdField(boot_id)}};
 }
 
 Json MqttStatusJson(const char* state, std::int64_t boot_id, std::int64_t utime, const MqttStatus& status) {

@@ -9,6 +9,7 @@
 
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
+#include "core/messages/origin.h"
 #include "tools/mqtt/broker_session.h"
 #include "tools/mqtt/mqtt_feed.h"
 #include "tools/mqtt/outbox.h"
@@ -39,8 +40,8 @@ class MqttAlarms {
   static constexpr MonoNs kAway = 10 * kSecond;  // a restart of the broker raises no alarm
 
   // `name`: MqttAlarmName; `start`: since when the broker could be there.
-  MqttAlarms(std::string name, std::int64_t boot_id, MonoNs start)
-      : alarms_(std::move(name), boot_id), start_(start) {}
+  MqttAlarms(std::string name, const Origin& origin, MonoNs start)
+      : alarms_(std::move(name), origin), start_(start) {}
 
   // `utime`: us, UNIX time of `now`. The message is valid until the next call.
   [[nodiscard]] const alarm_t& Make(const MqttStatus& status, MonoNs now, std::int64_t utime);

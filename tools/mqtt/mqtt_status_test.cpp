@@ -25,7 +25,7 @@ class MqttAlarmsTest : public ::testing::Test {
 
   MonoNs now_ = 1'000 * kSecond;
   MqttStatus status_;
-  MqttAlarms alarms_{"mqtt/press3", 7, 1'000 * kSecond};
+  MqttAlarms alarms_{"mqtt/press3", Origin{.boot_id = 7}, 1'000 * kSecond};
 };
 
 TEST_F(MqttAlarmsTest, ABrokerThatStaysAwayAndComesBack) {

@@ -79,8 +79,9 @@ bool MessageQueue::Take(MessageBatch& batch) {
   return batch.left() > 0 || !closed_;
 }
 
-MessageReceiver::MessageReceiver(ChannelFilter filter, MessageQueue& queue, const Clock& clock)
-    : filter_(std::move(filter)), queue_(queue), clock_(clock) {}
+MessageReceiver::MessageReceiver(ChannelFilter filter, std::string_view machine, MessageQueue& queue,
+                                 const Clock& clock)
+    : filter_(std::move(filter)), machines_(machine), queue_(queue), clock_(clock) {}
 
 Result<> MessageReceiver::Listen(const std::string& url) {
   const auto parsed = ParseLcmUrl(url);
@@ -143,6 +144,7 @@ std::size_t MessageReceiver::ReadBatch(Source& source, std::int64_t until) {
 
 void MessageReceiver::Take(const ReceivedMessage& message) {
   if (!filter_.Matches(message.channel)) return;
+  if (!machines_.Takes(message.data)) return machines_.Refuse(message.data, clock_.Now());
   if (queue_.Add({.utime = message.utime, .channel = message.channel, .data = message.data})) return;
   ++overflow_;
   overflow_tally_.On(message.sender);
@@ -177,6 +179,7 @@ ReceiverCounts MessageReceiver::counts() const {
   ReceiverCounts counts;
   counts.received = from_others_;
   counts.overflow = overflow_;
+  counts.machines = machines_.Others(clock_.Now());
   for (const Source& source : sources_) {
     counts.received += source.receiver.received();
     counts.lost += source.receiver.lost();

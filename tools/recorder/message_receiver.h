@@ -12,6 +12,7 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/messages/machine_filter.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/net/udpm_receiver.h"
@@ -69,12 +70,13 @@ class MessageQueue {
 
 // Received and missing messages.
 struct ReceiverCounts {
-  std::int64_t received = 0;         // messages, selected or not
-  std::int64_t lost = 0;             // messages, by the gaps in the senders' numbers
-  std::int64_t overflow = 0;         // selected messages that found no space in the queue
-  std::int64_t kernel_dropped = 0;   // datagrams; if their gap was detected, they are in `lost` as well
-  std::int64_t not_lcm = 0;          // datagrams that are not LCM's
-  std::vector<SenderCount> senders;  // greatest loss first; overflow counts as lost
+  std::int64_t received = 0;           // messages, selected or not
+  std::int64_t lost = 0;               // messages, by the gaps in the senders' numbers
+  std::int64_t overflow = 0;           // selected messages that found no space in the queue
+  std::int64_t kernel_dropped = 0;     // datagrams; if their gap was detected, they are in `lost` as well
+  std::int64_t not_lcm = 0;            // datagrams that are not LCM's
+  std::vector<SenderCount> senders;    // greatest loss first; overflow counts as lost
+  std::vector<OtherMachine> machines;  // other machines whose messages were refused, and are arriving
 };
 
 // Counts the messages of each sender that found no space in the queue. Senders can be invented, so their number is limited:
@@ -98,7 +100,8 @@ class OverflowTally {
 // iterations() are thread-safe. All other functions belong to one thread.
 class MessageReceiver {
  public:
-  MessageReceiver(ChannelFilter filter, MessageQueue& queue, const Clock& clock);
+  // With `machine`, a name, messages that state another machine are refused.
+  MessageReceiver(ChannelFilter filter, std::string_view machine, MessageQueue& queue, const Clock& clock);
 
   // Starts to receive on the URL.
   [[nodiscard]] Result<> Listen(const std::string& url);
@@ -134,6 +137,7 @@ class MessageReceiver {
   void Take(const ReceivedMessage& message);
 
   ChannelFilter filter_;
+  MachineFilter machines_;
   MessageQueue& queue_;
   const Clock& clock_;
   std::list<Source> sources_;

@@ -42,7 +42,7 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   recorder_health_t health{};
   health.utime = utime;
   health.mono_ns = now;
-  health.boot_id = boot_id_;
+  origin_.Set(health);
   health.seq = seq_++;
   health.name = name_;
   health.file = EndOf(status.disk.file);

@@ -8,6 +8,7 @@
 
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
+#include "core/messages/origin.h"
 #include "tools/recorder/recording_session.h"
 
 namespace axlecast {
@@ -15,7 +16,7 @@ namespace axlecast {
 // Makes the message that a recorder publishes on RECORDER/<name>.
 class RecordingHealth {
  public:
-  RecordingHealth(std::string name, std::int64_t boot_id) : name_(std::move(name)), boot_id_(boot_id) {}
+  RecordingHealth(std::string name, const Origin& origin) : name_(std::move(name)), origin_(origin) {}
 
   // Rates are averages since the previous call. `utime`: us, UNIX time of `now`.
   [[nodiscard]] recorder_health_t Make(const RecordingStatus& status, MonoNs now, std::int64_t utime,
@@ -23,7 +24,7 @@ class RecordingHealth {
 
  private:
   std::string name_;
-  std::int64_t boot_id_;
+  Origin origin_;
   std::int64_t seq_ = 0;
   MonoNs before_ = 0;
   std::int64_t messages_before_ = 0;
@@ -36,7 +37,7 @@ class RecordingHealth {
 // Makes the message that a recorder publishes on ALARM/recorder/<name>.
 class RecordingAlarms {
  public:
-  RecordingAlarms(const std::string& name, std::int64_t boot_id) : alarms_("recorder/" + name, boot_id) {}
+  RecordingAlarms(const std::string& name, const Origin& origin) : alarms_("recorder/" + name, origin) {}
 
   // `utime`: us, UNIX time of `now`. The reference is valid until the next call.
   [[nodiscard]] const alarm_t& Make(const RecordingStatus& status, MonoNs now, std::int64_t utime);

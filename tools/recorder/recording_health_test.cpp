@@ -19,7 +19,7 @@ RecordingStatus Status(std::int64_t messages) {
 }
 
 TEST(RecordingHealth, TellsRatesLossesAndSenders) {
-  RecordingHealth health("press3", 7);
+  RecordingHealth health("press3", Origin{.boot_id = 7});
   static_cast<void>(health.Make(Status(100), kSecond, 1, false));
   RecordingStatus status = Status(400);
   status.receiver.lost = 3;
@@ -42,7 +42,7 @@ TEST(RecordingHealth, TellsRatesLossesAndSenders) {
 }
 
 TEST(RecordingHealth, TellsWhatIsWrong) {
-  RecordingHealth health("m", 7);
+  RecordingHealth health("m", Origin{.boot_id = 7});
   const auto state_of = [&](const RecordingStatus& status, bool stopping = false) {
     return static_cast<int>(health.Make(status, kSecond, 1, stopping).state);
   };
@@ -57,7 +57,7 @@ TEST(RecordingHealth, TellsWhatIsWrong) {
 }
 
 TEST(RecordingHealth, AlwaysFitsADatagram) {
-  RecordingHealth health(std::string(24, 'n'), 7);
+  RecordingHealth health(std::string(24, 'n'), Origin{.boot_id = 7});
   RecordingStatus status = Status(1);
   status.disk.file = std::string(4'000, '/');
   status.disk.last_error = std::string(4'000, 'e');
@@ -87,7 +87,7 @@ class RecordingAlarmsTest : public ::testing::Test {
   }
 
   RecordingStatus status_;
-  RecordingAlarms alarms_{"positions", 7};
+  RecordingAlarms alarms_{"positions", Origin{.boot_id = 7}};
   std::int64_t now_ = 0;
 };
 

@@ -20,7 +20,7 @@ RecordingSession::RecordingSession(RecordingSettings settings, const Clock& cloc
     : clock_(clock),
       urls_(std::move(settings.urls)),
       queue_(settings.queue_bytes),
-      receiver_(std::move(settings.filter), queue_, clock),
+      receiver_(std::move(settings.filter), settings.machine, queue_, clock),
       writer_(std::move(settings.writer), clock),
       composer_(std::move(settings.recorder), writer_) {}
 

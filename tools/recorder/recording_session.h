@@ -18,6 +18,7 @@ struct RecordingSettings {
   RecorderSettings recorder;
   LogWriterSettings writer;
   std::vector<std::string> urls;
+  std::string machine;  // its name: messages of other machines are refused; empty: those of all are recorded
   ChannelFilter filter;
   std::size_t queue_bytes = 64U << 20;  // of memory between the network and the disk
 };

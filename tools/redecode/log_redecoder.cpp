@@ -186,7 +186,11 @@ void BusRedecoder::Start(const wire_t& message) {
     unit.channel = std::make_unique<DevicePublisher>(
         bus_, device,
         DevicePublisherContext{
-            .boot_id = message.boot_id, .time = &time_, .sink = &sink_, .on_outcome = {}, .redecoded = true});
+            .origin = {.boot_id = message.boot_id, .machine_id = message.machine_id, .clock_id = message.clock_id},
+            .time = &time_,
+            .sink = &sink_,
+            .on_outcome = {},
+            .redecoded = true});
     unit.device = bus_.family->make_device(bus_, device, *unit.channel, secrets_);
     units_.push_back(std::move(unit));
   }

@@ -2,17 +2,9 @@
 
 #include <cmath>
 
+#include "core/messages/message.h"
+
 namespace axlecast {
-namespace {
-
-// As LCM writes it: big-endian.
-std::int64_t ReadInt64(Bytes bytes, std::size_t offset) {
-  std::uint64_t value = 0;
-  for (const std::uint8_t byte : bytes.subspan(offset, 8)) value = (value << 8U) | byte;
-  return static_cast<std::int64_t>(value);
-}
-
-}  // namespace
 
 nlohmann::ordered_json Field(double value) {
   if (!std::isfinite(value)) return nullptr;
@@ -39,11 +31,13 @@ std::optional<std::int64_t> Fingerprint(Bytes message) {
 }
 
 std::optional<MessageHead> ReadHead(Bytes message) {
-  if (message.size() < 40) return std::nullopt;
+  if (message.size() < 56) return std::nullopt;
   return MessageHead{.utime = ReadInt64(message, 8),
                      .mono_ns = ReadInt64(message, 16),
                      .boot_id = ReadInt64(message, 24),
-                     .seq = ReadInt64(message, 32)};
+                     .seq = ReadInt64(message, 32),
+                     .machine_id = ReadInt64(message, 40),
+                     .clock_id = ReadInt64(message, 48)};
 }
 
 nlohmann::ordered_json ParseOutsideJson(std::string_view text) {

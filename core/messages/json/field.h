@@ -25,8 +25,8 @@ namespace axlecast {
 [[nodiscard]] nlohmann::ordered_json Field(double value);  // null unless finite
 [[nodiscard]] inline nlohmann::ordered_json Field(const std::string& value) { return value; }
 
-[[nodiscard]] inline nlohmann::ordered_json BootIdField(std::int64_t boot_id) {
-  return Text("%016llx", static_cast<unsigned long long>(boot_id));
+[[nodiscard]] inline nlohmann::ordered_json IdField(std::int64_t id) {
+  return Text("%016llx", static_cast<unsigned long long>(id));
 }
 [[nodiscard]] inline nlohmann::ordered_json HexField(Bytes bytes) { return HexDigits(bytes); }
 
@@ -90,6 +90,8 @@ struct MessageHead {
   std::int64_t mono_ns = 0;  // CLOCK_MONOTONIC of the same instant
   std::int64_t boot_id = 0;
   std::int64_t seq = 0;
+  std::int64_t machine_id = 0;
+  std::int64_t clock_id = 0;
 };
 
 // The head of an encoded message whose type has one; nothing when it is cut.

@@ -139,7 +139,7 @@ def expected(message, peer):
         if isinstance(value, float):
             return value if value - value == 0 else None
         if isinstance(value, int):
-            return f"{value & (1 << 64) - 1:016x}" if name == "boot_id" or name.endswith("_boot_id") else value
+            return f"{value & (1 << 64) - 1:016x}" if name in ("boot_id", "machine_id", "clock_id") or name.endswith("_boot_id") else value
         if isinstance(value, str):
             return value
         return expected(value, peer)

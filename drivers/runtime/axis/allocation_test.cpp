@@ -47,7 +47,7 @@ TEST(ChannelAllocation, NoneAfterTheStart) {
   CountingSink sink;
   MonoNs t = 1'000 * kSecond;
   time.Update(t, 0);
-  DevicePublisher channel(device.bus, device.config, {1, &time, &sink, {}, false});
+  DevicePublisher channel(device.bus, device.config, {{.boot_id = 1}, &time, &sink, {}, false});
   channel.OnLink(true, "", t);
   const AlarmSpec warning = {7, 0, 1, "battery_alarm", "Replace the battery soon."};
   const auto run = [&](int readings) {

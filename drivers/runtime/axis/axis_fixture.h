@@ -97,7 +97,8 @@ class ChannelTest : public testing::Test {
 
   void Make() {
     time_.Update(t_, kUtcAtZero + t_ / kMicrosecond);
-    channel_.emplace(device_.bus, device_.config, DevicePublisherContext{kBoot, &time_, &sink_, {}, redecoded_});
+    channel_.emplace(device_.bus, device_.config,
+                     DevicePublisherContext{{.boot_id = kBoot}, &time_, &sink_, {}, redecoded_});
     channel_->OnLink(true, "", t_);
   }
   void Pass() {

@@ -229,9 +229,9 @@ MonoNs DeviceReport::MaxAge(MonoNs poll, MonoNs publish) {
   return std::max(20 * kMillisecond, 3 * std::max(poll, publish));
 }
 
-DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, std::int64_t boot_id) : info_{} {
+DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, const Origin& origin) : info_{} {
   const MonoNs publish = Period(device.publish_hz);
-  info_.boot_id = boot_id;
+  origin.Set(info_);
   info_.seq = -1;
   info_.device = CappedText(device.name, kNameBytes);
   info_.bus = CappedText(bus.name, kNameBytes);

@@ -9,6 +9,7 @@
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/device/reading.h"
+#include "core/messages/origin.h"
 #include "drivers/runtime/axis/axis.h"
 
 namespace axlecast {
@@ -108,7 +109,7 @@ class DeviceHealth {
 // Composes the device_info_t of one device.
 class DeviceReport {
  public:
-  DeviceReport(const BusConfig& bus, const DeviceConfig& device, std::int64_t boot_id);
+  DeviceReport(const BusConfig& bus, const DeviceConfig& device, const Origin& origin);
 
   void SetIdentity(std::int64_t identity, std::string_view serial, std::string_view firmware);
   // Returns what identifies the device for an operator: "17", "17 SN0042"; empty: unknown.

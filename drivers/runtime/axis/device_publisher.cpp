@@ -46,9 +46,9 @@ MotorOutput::MotorOutput(const std::string& device, double publish_hz, const Dev
       motor_channel_("MOTOR/" + device),
       trip_channel_("TRIP/" + device),
       limits_channel_("LIMITS/" + device) {
-  motor_.boot_id = context.boot_id;
-  trip_.boot_id = context.boot_id;
-  limits_.boot_id = context.boot_id;
+  context.origin.Set(motor_);
+  context.origin.Set(trip_);
+  context.origin.Set(limits_);
   trip_.device = CappedText(device, kNameBytes);
 }
 
@@ -227,12 +227,12 @@ PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device,
       block_channel_("POSITION_BLOCK/" + device.name),
       pace_(device.publish_hz, bus.poll_hz),
       position_{} {
-  position_.boot_id = context.boot_id;
+  context.origin.Set(position_);
   position_.counts_per_turn = device.settings->counts_per_turn;
   position_.unit = device.unit;
   if (device.block) {
     block_.emplace(device.settings->counts_per_turn, device.unit, axis.scale().unit_per_count());
-    block_->message().boot_id = context.boot_id;
+    context.origin.Set(block_->message());
   }
 }
 
@@ -320,9 +320,9 @@ DevicePublisher::DevicePublisher(const BusConfig& bus, const DeviceConfig& devic
       output_(bus, device, axis_, context_),
       motor_(name_, device.publish_hz, context_, bus.simulate),
       health_(PollPeriod(bus, device)),
-      report_(bus, device, context_.boot_id),
+      report_(bus, device, context_.origin),
       alarms_(device.alarm_stays_from) {
-  alarm_message_.boot_id = context_.boot_id;
+  context_.origin.Set(alarm_message_);
   alarm_message_.device = name_;
 }
 

@@ -19,6 +19,7 @@
 #include "core/device/device.h"
 #include "core/device/reading.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
 
@@ -26,7 +27,7 @@ namespace axlecast {
 
 // What a DevicePublisher shares with the rest of its process.
 struct DevicePublisherContext {
-  std::int64_t boot_id = 0;
+  Origin origin;
   const Timebase* time = nullptr;
   MessageSink* sink = nullptr;
   std::function<void(const std::string& device, const CommandId& id, const Outcome& outcome)> on_outcome;
@@ -120,7 +121,7 @@ class Block {
   [[nodiscard]] bool Waited(MonoNs now) const { return !empty() && now - message_.mono_ns >= kLongest; }
   [[nodiscard]] bool empty() const { return message_.n == 0; }
 
-  // Returns the message. The sender sets utime, boot_id and seq.
+  // Returns the message. The sender sets utime, origin and seq.
   [[nodiscard]] position_block_t& message() { return message_; }
   // Empties the block after it was sent.
   void Clear();

@@ -218,7 +218,7 @@ TEST_F(ChannelTest, StandstillIsKnownFromTheReadings) {
 TEST_F(ChannelTest, OutcomesAreHandedOnWithTheDevicesName) {
   std::string heard;
   time_.Update(t_, UtcNow());
-  DevicePublisherContext context{kBoot, &time_, &sink_, {}, false};
+  DevicePublisherContext context{{.boot_id = kBoot}, &time_, &sink_, {}, false};
   context.on_outcome = [&](const std::string& device, const CommandId&, const Outcome& outcome) {
     heard = device + ": " + outcome.text;
   };

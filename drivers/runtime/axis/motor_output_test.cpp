@@ -46,7 +46,8 @@ class MotorOutputTest : public ::testing::Test {
 
   Timebase time_;
   MemorySink sink_;
-  MotorOutput output_{"gm3", 10, {.boot_id = 5, .time = &time_, .sink = &sink_, .on_outcome = {}}, true};
+  MotorOutput output_{
+      "gm3", 10, {.origin = {.boot_id = 5}, .time = &time_, .sink = &sink_, .on_outcome = {}}, true};
 };
 
 TEST_F(MotorOutputTest, TheMessageHoldsTheReading) {

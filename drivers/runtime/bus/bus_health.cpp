@@ -159,7 +159,7 @@ std::string CanWatch::LostText() const {
          "net.core.rmem_max=8388608";
 }
 
-BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink)
+BusHealth::BusHealth(const BusConfig& config, const Origin& origin, const Timebase& time, MessageSink& sink)
     : time_(time),
       sink_(sink),
       channel_("BUS/" + config.name),
@@ -167,7 +167,7 @@ BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timeba
       times_channel_("BUS_TIMES/" + config.name),
       times_{},
       wire_limit_hz_(WireLimit(config)) {
-  message_.boot_id = boot_id;
+  origin.Set(message_);
   message_.bus = config.name;
   message_.family = config.family != nullptr ? std::string(config.family->name) : std::string();
   message_.port = CappedText(config.link.port, kPortBytes);
@@ -175,7 +175,7 @@ BusHealth::BusHealth(const BusConfig& config, std::int64_t boot_id, const Timeba
   message_.can_rec = -1;
   message_.wire_limit_hz = static_cast<float>(wire_limit_hz_);
   previous_ = message_;
-  times_.boot_id = boot_id;
+  origin.Set(times_);
   times_.bus = config.name;
   times_.bound_us.assign(ExchangeHistogram::kBoundsUs.begin(), ExchangeHistogram::kBoundsUs.end());
   times_.n = static_cast<std::int8_t>(times_.bound_us.size());

@@ -17,6 +17,7 @@
 #include "core/device/device.h"
 #include "core/device/reading.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 #include "drivers/runtime/bus/bus.h"
 
 namespace axlecast {
@@ -122,7 +123,7 @@ struct DeviceTally {
 // severity WARNING or above.
 class BusHealth {
  public:
-  BusHealth(const BusConfig& config, std::int64_t boot_id, const Timebase& time, MessageSink& sink);
+  BusHealth(const BusConfig& config, const Origin& origin, const Timebase& time, MessageSink& sink);
 
   // Call it once per second, and when the state of a CAN bus changes. `can`: for a CAN bus only.
   void Publish(MonoNs now, Bus& bus, std::span<const DeviceTally> devices, const CanHealth& can = {});

@@ -67,7 +67,7 @@ class BusHealthTest : public ::testing::Test {
   RecordingOutput output_;
   PolledDevice device_{1, output_};
   Bus bus_{{.schedule = {.period = kMillisecond}}, link_, clock_, observer_, nullptr};
-  BusHealth health_{Config({51 * kMicrosecond}), 42, time_, sink_};
+  BusHealth health_{Config({51 * kMicrosecond}), Origin{.boot_id = 42}, time_, sink_};
   DeviceTally tally_;
 };
 

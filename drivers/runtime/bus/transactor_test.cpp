@@ -166,7 +166,7 @@ class CanBusTest : public ::testing::Test {
   ScriptedFrameLink link_{clock_};
   Timebase time_;
   MemorySink sink_;
-  WireLog log_{"can-0", 42, time_, sink_, {.kind = wire_t::KIND_CAN, .clock_hz = 0}};
+  WireLog log_{"can-0", Origin{.boot_id = 42}, time_, sink_, {.kind = wire_t::KIND_CAN, .clock_hz = 0}};
   Nobody nobody_;
   Bus bus_{{}, link_, clock_, nobody_, &log_};
   Node quick_{30 * kMillisecond};

@@ -73,9 +73,9 @@ int DeviceOf(const wire_t& message, const wire_record_t& record, Event::Kind kin
 
 }  // namespace
 
-WireLog::WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink, Kind kind)
+WireLog::WireLog(const std::string& bus, const Origin& origin, const Timebase& time, MessageSink& sink, Kind kind)
     : time_(time), sink_(sink), kind_(kind), channel_("WIRE/" + bus), message_{} {
-  message_.boot_id = boot_id;
+  origin.Set(message_);
   message_.bus = bus;
   message_.kind = kind.kind;
   message_.records.resize(kMaxRecords);

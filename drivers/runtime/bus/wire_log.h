@@ -10,6 +10,7 @@
 #include "core/command/commands.h"
 #include "core/device/step.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 
 namespace axlecast {
 
@@ -26,7 +27,7 @@ class WireLog {
     std::int8_t kind = wire_t::KIND_SERIAL;
     std::int32_t clock_hz = 0;
   };
-  WireLog(const std::string& bus, std::int64_t boot_id, const Timebase& time, MessageSink& sink, Kind kind);
+  WireLog(const std::string& bus, const Origin& origin, const Timebase& time, MessageSink& sink, Kind kind);
 
   void Record(const Event& event);
   void FlushIfDue(MonoNs now) {

@@ -55,7 +55,7 @@ class WireLogTest : public ::testing::Test {
 
   Timebase time_;
   MemorySink sink_;
-  WireLog log_{"rs485-0", 42, time_, sink_, {}};
+  WireLog log_{"rs485-0", Origin{.boot_id = 42}, time_, sink_, {}};
   WireReader reader_;
 };
 
@@ -106,7 +106,7 @@ TEST_F(WireLogTest, FlushesBefore1300Bytes) {
     void Publish(const std::string&, Bytes message) override { sizes.push_back(message.size()); }
     std::vector<std::size_t> sizes;
   } sizes;
-  WireLog log("rs485-0", 42, time_, sizes, {});
+  WireLog log("rs485-0", Origin{.boot_id = 42}, time_, sizes, {});
   const std::vector<std::uint8_t> request = {0x1A};
   const std::vector<std::uint8_t> reply(11, 0);
   for (int i = 0; i < 1'000; ++i) {

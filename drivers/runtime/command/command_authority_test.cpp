@@ -228,7 +228,7 @@ TEST_F(SignedPermitTest, AChangedByteIsNoPermit) {
   body.key_id = KeyId(plc_.public_key());
   const std::vector<std::uint8_t> good = Enveloped(body, &plc_);
   // Beyond the envelope's head, which is not signed: the permit and its signature.
-  for (std::size_t i = 8 + 32 + 2; i < good.size() - 16; ++i) {
+  for (std::size_t i = 8 + 48 + 2; i < good.size() - 16; ++i) {
     std::vector<std::uint8_t> bytes = good;
     bytes[i] ^= 0x10;
     PermitTable book(bus_, bridge_);

@@ -21,7 +21,7 @@ class OrderLedgerTest : public ::testing::Test {
 
   FakeClock clock_;
   MemorySink sink_;
-  CommandStatusTable ledger_{"b0", 1, clock_, {&sink_, nullptr}, kCapacity};
+  CommandStatusTable ledger_{"b0", Origin{.boot_id = 1}, clock_, {&sink_, nullptr}, kCapacity};
 };
 
 // Where orders may be unsigned, anybody may send ids without end.

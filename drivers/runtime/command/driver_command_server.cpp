@@ -87,11 +87,11 @@ driver_status_t StatusOf(const driver_order_t& order) {
   return status;
 }
 
-CommandStatusTable::CommandStatusTable(const std::string& bus, std::int64_t boot_id, const Clock& clock,
+CommandStatusTable::CommandStatusTable(const std::string& bus, const Origin& origin, const Clock& clock,
                                        Output output, std::size_t capacity)
     : bus_(bus),
       channel_("DRIVER_STATUS/" + bus),
-      boot_id_(boot_id),
+      origin_(origin),
       clock_(clock),
       output_(output),
       capacity_(capacity) {
@@ -145,7 +145,7 @@ void CommandStatusTable::Send(driver_status_t& status) {
   time_.Update(now, clock_.UtcMicroseconds());
   status.mono_ns = now;
   status.utime = time_.Utime(now);
-  status.boot_id = boot_id_;
+  origin_.Set(status);
   status.seq = seq_++;
   status.bus = bus_;
   status.bridge_epoch = bridge_epoch_;
@@ -302,7 +302,7 @@ DriverCommandServer::DriverCommandServer(const BusConfig& bus, const BridgeConfi
       context_(std::move(context)),
       authority_(bridge),
       permits_(bus, bridge),
-      statuses_(bus.name, context_.boot_id, *context_.clock, {context_.sink, context_.key}, kMaxRemembered),
+      statuses_(bus.name, context_.origin, *context_.clock, {context_.sink, context_.key}, kMaxRemembered),
       queues_(bus) {}
 
 void DriverCommandServer::OnDriverCommand(Bytes message) {
@@ -313,7 +313,7 @@ void DriverCommandServer::OnDriverCommand(Bytes message) {
     return;
   }
   // A command for an earlier boot: the bridge repeats it until it learns the new boot id. Replayed messages end here, too.
-  if (order->driver_boot_id != context_.boot_id) return;
+  if (order->driver_boot_id != context_.origin.boot_id) return;
   if (!authority_.Allows(*envelope)) {
     ++refused_;
     return;

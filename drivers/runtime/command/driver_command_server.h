@@ -22,6 +22,7 @@
 #include "core/device/family.h"
 #include "core/device/operation.h"
 #include "core/messages/message.h"
+#include "core/messages/origin.h"
 #include "drivers/runtime/command/command_authority.h"
 
 namespace axlecast {
@@ -85,7 +86,7 @@ class CommandStatusTable {
     const SigningKey* key;  // null: statuses are unsigned
   };
   // Stores at most `capacity` ids. The oldest finished id is deleted first.
-  CommandStatusTable(const std::string& bus, std::int64_t boot_id, const Clock& clock, Output output,
+  CommandStatusTable(const std::string& bus, const Origin& origin, const Clock& clock, Output output,
                      std::size_t capacity);
 
   [[nodiscard]] Entry* Find(const CommandId& id);
@@ -107,7 +108,7 @@ class CommandStatusTable {
 
   const std::string bus_;
   const std::string channel_;
-  const std::int64_t boot_id_;
+  const Origin origin_;
   const Clock& clock_;
   const Output output_;
   const std::size_t capacity_;
@@ -128,7 +129,7 @@ class CommandStatusTable {
 class DriverCommandServer {
  public:
   struct Context {
-    std::int64_t boot_id = 0;
+    Origin origin;
     const Clock* clock = nullptr;
     MessageSink* sink = nullptr;      // of the command port
     std::function<void()> wake;       // ends the bus's sleep

@@ -31,25 +31,25 @@ void RunSigned(Bytes data, const std::vector<std::uint8_t>& enveloped) {
   static const SigningKey key = SigningKey::Generate();
   BridgeConfig bridge;
   bridge.bridge.public_key = key.public_key();
-  DriverCommandServer desk(bus, bridge, {5, &clock, &silence, [] {}});
-  desk.OnDriverCommand(data);
-  desk.OnDriverCommand(enveloped);
-  if (desk.Take() || desk.TakePrepare()) __builtin_trap();
+  DriverCommandServer server(bus, bridge, {{.boot_id = 5}, &clock, &silence, [] {}});
+  server.OnDriverCommand(data);
+  server.OnDriverCommand(enveloped);
+  if (server.Take() || server.TakePrepare()) __builtin_trap();
 }
 
 void Run(Bytes data) {
   FuzzClock clock;
   FuzzSink sink;
   const BusConfig bus = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer desk(bus, UnsignedBridge(), {5, &clock, &sink, [] {}});
-  desk.OnDriverCommand(data);
-  desk.OnPermit("axis1", data);
+  DriverCommandServer server(bus, UnsignedBridge(), {{.boot_id = 5}, &clock, &sink, [] {}});
+  server.OnDriverCommand(data);
+  server.OnPermit("axis1", data);
 
   driver_command_t envelope{};
   envelope.order.assign(data.begin(), data.end());
   envelope.order_size = static_cast<std::int16_t>(std::min<std::size_t>(data.size(), 1'200));
   envelope.order.resize(static_cast<std::size_t>(envelope.order_size));
-  desk.OnDriverCommand(Encoded(envelope));
+  server.OnDriverCommand(Encoded(envelope));
   RunSigned(data, Encoded(envelope));
 
   driver_order_t order = OrderMessage(5, 9, NumberedId(data.empty() ? 0 : data[0]), "axis1", "bump");
@@ -61,17 +61,17 @@ void Run(Bytes data) {
     if (data[2] % 4 == 2) order.arguments = {{text, text}};
     order.n_arguments = static_cast<std::int8_t>(order.arguments.size());
   }
-  if (order.getEncodedSize() <= 32'000) desk.OnDriverCommand(Enveloped(order));
-  if (const auto taken = desk.Take()) {
-    desk.Report(taken->device, taken->command.id,
-                {.state = CommandState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
+  if (order.getEncodedSize() <= 32'000) server.OnDriverCommand(Enveloped(order));
+  if (const auto taken = server.Take()) {
+    server.Report(taken->device, taken->command.id,
+                  {.state = CommandState::kFailed, .text = text, .changes = {{text, text, text}}}, 1);
   }
-  if (const auto asked = desk.TakePrepare()) {
-    desk.ReportPrepared(asked->command.id, {.state = CommandState::kSucceeded, .text = text}, 1);
+  if (const auto asked = server.TakePrepare()) {
+    server.ReportPrepared(asked->command.id, {.state = CommandState::kSucceeded, .text = text}, 1);
   }
   clock.now += 10 * kSecond;
-  (void)desk.TakeCancel();
-  desk.Goodbye();
+  (void)server.TakeCancel();
+  server.Goodbye();
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ class OrderDeskTest : public testing::Test {
     return SendAsIs(order);
   }
   driver_status_t SendAsIs(const driver_order_t& order) {
-    desk_.OnDriverCommand(Enveloped(order));
+    server_.OnDriverCommand(Enveloped(order));
     return Last();
   }
   driver_status_t Last() const {
@@ -45,7 +45,7 @@ class OrderDeskTest : public testing::Test {
   int woken_ = 0;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
+  DriverCommandServer server_{bus_, UnsignedBridge(), {{.boot_id = kBoot}, &clock_, &sink_, [this] { ++woken_; }}};
 };
 
 TEST_F(OrderDeskTest, AcknowledgesAtOnceAndHandsTheOrderOver) {
@@ -54,32 +54,32 @@ TEST_F(OrderDeskTest, AcknowledgesAtOnceAndHandsTheOrderOver) {
   EXPECT_EQ(answer.bridge_epoch, 1);
   EXPECT_EQ(answer.bus, "b0");
   EXPECT_EQ(woken_, 1);
-  const auto taken = desk_.Take();
+  const auto taken = server_.Take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->device, "axis1");
   EXPECT_EQ(taken->command.operation, "bump");
   EXPECT_EQ(taken->command.begin_by, clock_.Now() + kSecond);
   EXPECT_EQ(Last().state, S::STATE_RUNNING);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, ARepeatedIdIsAnsweredNeverDoneAgain) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
+  ASSERT_TRUE(server_.Take());
   EXPECT_EQ(DriverCommand(Bump(1)).state, S::STATE_RUNNING);
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .verified = true}, 3);
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .verified = true}, 3);
   EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
   EXPECT_EQ(DriverCommand(Bump(1)).state, S::STATE_SUCCEEDED);
   EXPECT_EQ(Last().epoch_after, 3);
   EXPECT_EQ(Last().verified, 1);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, TheFirstFinalOutcomeStands) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, -1);
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
+  ASSERT_TRUE(server_.Take());
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, -1);
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_QUERY)).state, S::STATE_FAILED);
 }
 
@@ -108,7 +108,7 @@ TEST_F(OrderDeskTest, RefusesWithWhatWouldBeRight) {
   order = Bump(5);
   order.valid_ms = 0;
   EXPECT_EQ(DriverCommand(order).reason_code, S::REASON_MALFORMED);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, AnotherBootIgnoresTheOrder) {
@@ -116,7 +116,7 @@ TEST_F(OrderDeskTest, AnotherBootIgnoresTheOrder) {
   order.driver_boot_id = kBoot + 1;
   DriverCommand(order);
   EXPECT_EQ(Answers(), 0u);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, AnOvertakenOrderDoesNotAct) {
@@ -135,7 +135,7 @@ TEST_F(OrderDeskTest, AnAnswerUnknownFencesWhatIsStillUnderWay) {
   auto late = Bump(1);
   late.bridge_epoch = 4;
   EXPECT_EQ(SendAsIs(late).reason_code, S::REASON_FENCED);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, ANewBridgeTakesOverAndTheOldOneIsRefused) {
@@ -167,11 +167,11 @@ TEST_F(OrderDeskTest, OneOrderAtATimePerDeviceInOrder) {
   auto other = Bump(3);
   other.device = "axis2";
   DriverCommand(other);
-  EXPECT_EQ(desk_.Take()->command.id, NumberedId(1));
-  EXPECT_EQ(desk_.Take()->command.id, NumberedId(3));
-  EXPECT_FALSE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
-  EXPECT_EQ(desk_.Take()->command.id, NumberedId(2));
+  EXPECT_EQ(server_.Take()->command.id, NumberedId(1));
+  EXPECT_EQ(server_.Take()->command.id, NumberedId(3));
+  EXPECT_FALSE(server_.Take());
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
+  EXPECT_EQ(server_.Take()->command.id, NumberedId(2));
 }
 
 TEST_F(OrderDeskTest, AFullQueueRefuses) {
@@ -183,43 +183,43 @@ TEST_F(OrderDeskTest, AFullQueueRefuses) {
 TEST_F(OrderDeskTest, CancelsWhatWaits) {
   DriverCommand(Bump(1));
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL)).state, S::STATE_CANCELLED);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, ACancelThatOvertakesItsOrderKeepsItFromActing) {
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL)).state, S::STATE_CANCELLED);
   EXPECT_EQ(DriverCommand(Bump(1)).state, S::STATE_CANCELLED);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, AsksTheDeviceOnceToGiveUpWhatItHolds) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
-  EXPECT_FALSE(desk_.TakeCancel());
+  ASSERT_TRUE(server_.Take());
+  EXPECT_FALSE(server_.TakeCancel());
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL)).state, S::STATE_RUNNING);
   DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
-  EXPECT_EQ(desk_.TakeCancel()->command.id, NumberedId(1));
-  EXPECT_FALSE(desk_.TakeCancel());
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kCancelled}, -1);
+  EXPECT_EQ(server_.TakeCancel()->command.id, NumberedId(1));
+  EXPECT_FALSE(server_.TakeCancel());
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kCancelled}, -1);
   EXPECT_EQ(Last().state, S::STATE_CANCELLED);
 }
 
 TEST_F(OrderDeskTest, WhatWaitsTooLongExpires) {
   DriverCommand(Bump(1));
   clock_.Advance(kSecond + 1);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
   EXPECT_EQ(Last().state, S::STATE_EXPIRED);
   EXPECT_EQ(Last().reason_code, S::REASON_DEADLINE);
 }
 
 TEST_F(OrderDeskTest, ProgressIsPublishedAtMostEvery50Ms) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
+  ASSERT_TRUE(server_.Take());
   const std::size_t before = Answers();
-  desk_.Report("axis1", NumberedId(1), {.progress = 0.1f}, -1);
+  server_.Report("axis1", NumberedId(1), {.progress = 0.1f}, -1);
   EXPECT_EQ(Answers(), before);
   clock_.Advance(50 * kMillisecond);
-  desk_.Report("axis1", NumberedId(1), {.text = "3 of 10", .progress = 0.3f}, -1);
+  server_.Report("axis1", NumberedId(1), {.text = "3 of 10", .progress = 0.3f}, -1);
   EXPECT_EQ(Answers(), before + 1);
   EXPECT_FLOAT_EQ(Last().progress, 0.3f);
   EXPECT_EQ(Last().text, "3 of 10");
@@ -228,25 +228,25 @@ TEST_F(OrderDeskTest, ProgressIsPublishedAtMostEvery50Ms) {
 TEST_F(OrderDeskTest, ForgottenIdsStillDoNotActAgain) {
   for (std::uint32_t i = 0; i <= DriverCommandServer::kMaxRemembered; ++i) {
     DriverCommand(Bump(i));
-    ASSERT_TRUE(desk_.Take());
-    desk_.Report("axis1", NumberedId(i), {.state = CommandState::kSucceeded}, -1);
+    ASSERT_TRUE(server_.Take());
+    server_.Report("axis1", NumberedId(i), {.state = CommandState::kSucceeded}, -1);
     sink_.Clear();
   }
   auto first = Bump(0);
   first.bridge_epoch = 1;
   EXPECT_EQ(SendAsIs(first).state, S::STATE_UNKNOWN);
-  EXPECT_FALSE(desk_.Take());
+  EXPECT_FALSE(server_.Take());
   EXPECT_EQ(DriverCommand(Of(Bump(1), driver_order_t::KIND_QUERY)).state, S::STATE_SUCCEEDED);
 }
 
 TEST_F(OrderDeskTest, LongStringsFitTheMessage) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
+  ASSERT_TRUE(server_.Take());
   Outcome outcome{.state = CommandState::kSucceeded, .text = std::string(5'000, 't')};
   for (int i = 0; i < 9; ++i) {
     outcome.changes.push_back({std::string(900, 'k'), std::string(900, 'b'), std::string(900, 'a')});
   }
-  desk_.Report("axis1", NumberedId(1), outcome, -1);
+  server_.Report("axis1", NumberedId(1), outcome, -1);
   EXPECT_EQ(Last().text.size(), 200u);
   ASSERT_EQ(Last().n_changes, 4);
   EXPECT_EQ(Last().changes[3].after.size(), 80u);
@@ -262,7 +262,7 @@ TEST_F(OrderDeskTest, HelloNamesEveryDevice) {
     device.reference_lost = i == 19 ? 1 : 0;
     devices.push_back(device);
   }
-  desk_.Hello(devices);
+  server_.Hello(devices);
   const auto hellos = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
   ASSERT_EQ(hellos.size(), 3u);
   EXPECT_EQ(hellos[0].kind, driver_status_t::KIND_HELLO);
@@ -277,10 +277,10 @@ TEST_F(OrderDeskTest, HelloNamesEveryDevice) {
 
 TEST_F(OrderDeskTest, ACleanStopAnswersEverything) {
   DriverCommand(Bump(1));
-  ASSERT_TRUE(desk_.Take());
+  ASSERT_TRUE(server_.Take());
   DriverCommand(Bump(2));
   sink_.Clear();
-  desk_.Goodbye();
+  server_.Goodbye();
   const auto said = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
   ASSERT_EQ(said.size(), 3u);
   EXPECT_EQ(said[0].state, S::STATE_REJECTED);
@@ -290,15 +290,15 @@ TEST_F(OrderDeskTest, ACleanStopAnswersEverything) {
 }
 
 TEST_F(OrderDeskTest, BadBytesAreIgnored) {
-  desk_.OnDriverCommand({});
+  server_.OnDriverCommand({});
   auto bytes = Enveloped(Bump(1));
   bytes.pop_back();
-  desk_.OnDriverCommand(bytes);
+  server_.OnDriverCommand(bytes);
   auto order = Bump(1);
   order.kind = 9;
   DriverCommand(order);
   EXPECT_EQ(Answers(), 0u);
-  EXPECT_EQ(desk_.refused(), 3);
+  EXPECT_EQ(server_.refused(), 3);
 }
 
 // To be run under -fsanitize=thread as well: both threads at once, every order ends once.
@@ -308,7 +308,7 @@ TEST(OrderDeskThreads, TwoThreads) {
   } sink;
   FakeClock clock;
   const BusConfig bus = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer desk(bus, UnsignedBridge(), {kBoot, &clock, &sink, [] {}});
+  DriverCommandServer server(bus, UnsignedBridge(), {{.boot_id = kBoot}, &clock, &sink, [] {}});
   constexpr std::uint32_t kOrders = 5'000;
   std::atomic<bool> sent = false;
   std::thread bus_thread([&] {
@@ -317,14 +317,14 @@ TEST(OrderDeskThreads, TwoThreads) {
     summary.state = 2;
     while (true) {
       const bool last_round = sent;
-      if (const auto cancel = desk.TakeCancel()) {
-        desk.Report(cancel->device, cancel->command.id, {.state = CommandState::kCancelled}, -1);
+      if (const auto cancel = server.TakeCancel()) {
+        server.Report(cancel->device, cancel->command.id, {.state = CommandState::kCancelled}, -1);
       }
-      const auto taken = desk.Take();
+      const auto taken = server.Take();
       if (taken) {
-        (void)desk.CheckPermit(taken->device, taken->command.operation);
-        desk.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
-        desk.Hello({&summary, 1});
+        (void)server.CheckPermit(taken->device, taken->command.operation);
+        server.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
+        server.Hello({&summary, 1});
       } else if (last_round) {
         break;
       }
@@ -332,16 +332,16 @@ TEST(OrderDeskThreads, TwoThreads) {
   });
   for (std::uint32_t i = 0; i < kOrders; ++i) {
     auto order = OrderMessage(kBoot, 2 * i + 1, NumberedId(i), i % 2 == 0 ? "axis1" : "axis2", "bump");
-    desk.OnDriverCommand(Enveloped(order));
+    server.OnDriverCommand(Enveloped(order));
     order.kind = i % 3 == 0 ? driver_order_t::KIND_CANCEL : driver_order_t::KIND_QUERY;
     order.bridge_epoch = 2 * i + 2;
-    desk.OnDriverCommand(Enveloped(order));
-    desk.OnPermit("axis1", {});
+    server.OnDriverCommand(Enveloped(order));
+    server.OnPermit("axis1", {});
   }
   sent = true;
   bus_thread.join();
-  EXPECT_FALSE(desk.Take());
-  desk.Goodbye();
+  EXPECT_FALSE(server.Take());
+  server.Goodbye();
 }
 
 class PrepareTest : public testing::Test {
@@ -350,7 +350,7 @@ class PrepareTest : public testing::Test {
                        const std::string& operation = "bump") {
     driver_order_t order = OrderMessage(kBoot, ++epoch_, NumberedId(number), "axis1", operation);
     order.kind = kind;
-    desk_.OnDriverCommand(Enveloped(order));
+    server_.OnDriverCommand(Enveloped(order));
     return Last();
   }
   driver_status_t Last() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back(); }
@@ -360,20 +360,20 @@ class PrepareTest : public testing::Test {
   int woken_ = 0;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [this] { ++woken_; }}};
+  DriverCommandServer server_{bus_, UnsignedBridge(), {{.boot_id = kBoot}, &clock_, &sink_, [this] { ++woken_; }}};
 };
 
 TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
   EXPECT_EQ(Send(1).state, S::STATE_ROUTED);
   EXPECT_EQ(woken_, 1);
-  EXPECT_FALSE(desk_.Take());
-  const auto asked = desk_.TakePrepare();
+  EXPECT_FALSE(server_.Take());
+  const auto asked = server_.TakePrepare();
   ASSERT_TRUE(asked);
   EXPECT_EQ(asked->device, "axis1");
   EXPECT_EQ(asked->command.operation, "bump");
-  EXPECT_FALSE(desk_.TakePrepare());
-  desk_.ReportPrepared(NumberedId(1),
-                       {.state = CommandState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
+  EXPECT_FALSE(server_.TakePrepare());
+  server_.ReportPrepared(
+      NumberedId(1), {.state = CommandState::kSucceeded, .text = "would", .changes = {{"position", "1", ""}}}, 4);
   EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
   EXPECT_EQ(Last().verified, 0);
   EXPECT_EQ(Last().text, "would");
@@ -381,25 +381,25 @@ TEST_F(PrepareTest, IsJudgedOnTheBussThreadAndNeverTaken) {
   EXPECT_EQ(Last().changes.at(0).key, "position");
   EXPECT_EQ(Send(1).text, "would");  // repeated
   EXPECT_EQ(Send(1, driver_order_t::KIND_QUERY).text, "would");
-  EXPECT_FALSE(desk_.TakePrepare());
+  EXPECT_FALSE(server_.TakePrepare());
 }
 
 TEST_F(PrepareTest, DoesNotWaitForWhatItsDeviceWorksOn) {
   Send(1, driver_order_t::KIND_EXECUTE);
-  ASSERT_TRUE(desk_.Take());
+  ASSERT_TRUE(server_.Take());
   Send(2);
-  EXPECT_TRUE(desk_.TakePrepare());
+  EXPECT_TRUE(server_.TakePrepare());
 }
 
 TEST_F(PrepareTest, ItsIdIsOfNoUseForExecute) {
   Send(1);
-  ASSERT_TRUE(desk_.TakePrepare());
-  desk_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  ASSERT_TRUE(server_.TakePrepare());
+  server_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Send(1, driver_order_t::KIND_EXECUTE).reason_code, S::REASON_ID_REUSED);
   EXPECT_EQ(Last().state, S::STATE_REJECTED);
   Send(2, driver_order_t::KIND_EXECUTE);
   EXPECT_EQ(Send(2).reason_code, S::REASON_ID_REUSED);
-  EXPECT_EQ(desk_.Take()->command.id, NumberedId(2));
+  EXPECT_EQ(server_.Take()->command.id, NumberedId(2));
 }
 
 TEST_F(PrepareTest, RefusesWhatExecuteWouldRefuse) {
@@ -417,8 +417,8 @@ TEST_F(PrepareTest, IsFencedByItsEpoch) {
   epoch_ -= 1;
   EXPECT_EQ(Send(2).state, S::STATE_UNKNOWN);
   EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
-  EXPECT_EQ(desk_.TakePrepare()->command.id, NumberedId(1));
-  EXPECT_FALSE(desk_.TakePrepare());
+  EXPECT_EQ(server_.TakePrepare()->command.id, NumberedId(1));
+  EXPECT_FALSE(server_.TakePrepare());
 }
 
 TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
@@ -426,13 +426,13 @@ TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
   EXPECT_EQ(Send(1, driver_order_t::KIND_CANCEL).state, S::STATE_CANCELLED);
   Send(2);
   clock_.Advance(kSecond + 1);
-  EXPECT_FALSE(desk_.TakePrepare());
+  EXPECT_FALSE(server_.TakePrepare());
   EXPECT_EQ(Last().state, S::STATE_EXPIRED);
   Send(3);
-  desk_.Goodbye();
+  server_.Goodbye();
   EXPECT_EQ(sink_.All<driver_status_t>("DRIVER_STATUS/b0").end()[-2].reason_code, S::REASON_STOPPING);
-  EXPECT_FALSE(desk_.TakePrepare());
-  desk_.ReportPrepared(NumberedId(3), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_FALSE(server_.TakePrepare());
+  server_.ReportPrepared(NumberedId(3), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
 }
 
@@ -442,10 +442,10 @@ class UrgentOrderTest : public testing::Test {
             std::int8_t kind = driver_order_t::KIND_EXECUTE) {
     driver_order_t order = OrderMessage(kBoot, ++epoch_, NumberedId(number), device, operation);
     order.kind = kind;
-    desk_.OnDriverCommand(Enveloped(order));
+    server_.OnDriverCommand(Enveloped(order));
   }
   std::string Taken() {
-    const auto taken = desk_.Take();
+    const auto taken = server_.Take();
     return taken ? taken->device + ' ' + taken->command.operation : "";
   }
   std::int8_t LastState() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back().state; }
@@ -454,7 +454,7 @@ class UrgentOrderTest : public testing::Test {
   MemorySink sink_;
   std::int64_t epoch_ = 0;
   BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer desk_{bus_, UnsignedBridge(), {kBoot, &clock_, &sink_, [] {}}};
+  DriverCommandServer server_{bus_, UnsignedBridge(), {{.boot_id = kBoot}, &clock_, &sink_, [] {}}};
 };
 
 TEST_F(UrgentOrderTest, OvertakesWhatWaitsAndWhatIsHeld) {
@@ -472,9 +472,9 @@ TEST_F(UrgentOrderTest, EachOfTheTwoHasItsOwnOutcome) {
   Send(2, "halt");
   EXPECT_EQ(Taken(), "axis1 halt");
   EXPECT_EQ(Taken(), "axis1 bump");
-  desk_.Report("axis1", NumberedId(2), {.state = CommandState::kSucceeded, .verified = true}, 0);
+  server_.Report("axis1", NumberedId(2), {.state = CommandState::kSucceeded, .verified = true}, 0);
   EXPECT_EQ(LastState(), S::STATE_SUCCEEDED);
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, 0);
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kFailed}, 0);
   EXPECT_EQ(LastState(), S::STATE_FAILED);
 }
 
@@ -483,7 +483,7 @@ TEST_F(UrgentOrderTest, OneAtATimeToo) {
   Send(2, "halt");
   EXPECT_EQ(Taken(), "axis1 halt");
   EXPECT_EQ(Taken(), "");
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Taken(), "axis1 halt");
 }
 
@@ -495,7 +495,7 @@ TEST_F(UrgentOrderTest, CanBeCancelled) {
   Send(2, "halt");
   EXPECT_EQ(Taken(), "axis1 halt");
   Send(2, "halt", "axis1", driver_order_t::KIND_CANCEL);
-  const auto cancel = desk_.TakeCancel();
+  const auto cancel = server_.TakeCancel();
   ASSERT_TRUE(cancel);
   EXPECT_EQ(cancel->command.id, NumberedId(2));
 }
@@ -519,31 +519,32 @@ class SignedOrderTest : public testing::Test {
   SigningKey bridge_key_ = SigningKey::Generate();
   SigningKey driver_key_ = SigningKey::Generate();
   BusConfig bus_ = CountingBus("b0", {"axis1"});
-  DriverCommandServer desk_{bus_, BridgeOf(bridge_key_), {kBoot, &clock_, &sink_, [] {}, &driver_key_}};
+  DriverCommandServer server_{
+      bus_, BridgeOf(bridge_key_), {{.boot_id = kBoot}, &clock_, &sink_, [] {}, &driver_key_}};
 };
 
 TEST_F(SignedOrderTest, OnlyTheBridgesOwnOrdersActOrAreAnswered) {
   const SigningKey stranger = SigningKey::Generate();
-  desk_.OnDriverCommand(Enveloped(Bump(1)));
-  desk_.OnDriverCommand(Enveloped(Bump(2), &stranger));
+  server_.OnDriverCommand(Enveloped(Bump(1)));
+  server_.OnDriverCommand(Enveloped(Bump(2), &stranger));
   driver_order_t query = Bump(3);
   query.kind = driver_order_t::KIND_QUERY;
-  desk_.OnDriverCommand(Enveloped(query, &driver_key_));
+  server_.OnDriverCommand(Enveloped(query, &driver_key_));
   EXPECT_EQ(Answers(), 0u);
-  EXPECT_EQ(desk_.refused(), 3);
-  EXPECT_FALSE(desk_.Take());
-  desk_.OnDriverCommand(Enveloped(Bump(4), &bridge_key_));
+  EXPECT_EQ(server_.refused(), 3);
+  EXPECT_FALSE(server_.Take());
+  server_.OnDriverCommand(Enveloped(Bump(4), &bridge_key_));
   EXPECT_EQ(Answers(), 1u);
-  EXPECT_TRUE(desk_.Take());
-  EXPECT_EQ(desk_.refused(), 3);
+  EXPECT_TRUE(server_.Take());
+  EXPECT_EQ(server_.refused(), 3);
 }
 
 TEST_F(SignedOrderTest, AForgedOrderDoesNotMoveTheFence) {
   driver_order_t forged = Bump(1);
   forged.bridge_boot_id = 4711;
   forged.bridge_epoch = INT64_MAX;
-  desk_.OnDriverCommand(Enveloped(forged));
-  desk_.OnDriverCommand(Enveloped(Bump(2), &bridge_key_));
+  server_.OnDriverCommand(Enveloped(forged));
+  server_.OnDriverCommand(Enveloped(Bump(2), &bridge_key_));
   EXPECT_EQ(sink_.All<driver_status_t>("DRIVER_STATUS/b0").back().state, S::STATE_ROUTED);
 }
 
@@ -554,32 +555,32 @@ TEST_F(SignedOrderTest, ASignatureForSomethingElseIsNone) {
   for (const Domain domain : {Domain::kCommand, Domain::kStatus, Domain::kDriver, Domain::kPermit}) {
     const Signature signature = bridge_key_.Sign(domain, envelope.order);
     std::copy(signature.begin(), signature.end(), std::begin(envelope.sig));
-    desk_.OnDriverCommand(Encoded(envelope));
+    server_.OnDriverCommand(Encoded(envelope));
   }
-  EXPECT_EQ(desk_.refused(), 4);
+  EXPECT_EQ(server_.refused(), 4);
   EXPECT_EQ(Answers(), 0u);
 }
 
 TEST_F(SignedOrderTest, OneForAnotherBootIsNotCountedAndWhatCannotBeDecodedIs) {
   driver_order_t order = Bump(1);
   order.driver_boot_id = kBoot + 1;
-  desk_.OnDriverCommand(Enveloped(order, &bridge_key_));
-  EXPECT_EQ(desk_.refused(), 0);
+  server_.OnDriverCommand(Enveloped(order, &bridge_key_));
+  EXPECT_EQ(server_.refused(), 0);
   std::vector<std::uint8_t> bytes = Enveloped(Bump(1), &bridge_key_);
   bytes.pop_back();
-  desk_.OnDriverCommand(bytes);
+  server_.OnDriverCommand(bytes);
   order = Bump(1);
   order.kind = 9;
-  desk_.OnDriverCommand(Enveloped(order, &bridge_key_));
-  EXPECT_EQ(desk_.refused(), 2);
+  server_.OnDriverCommand(Enveloped(order, &bridge_key_));
+  EXPECT_EQ(server_.refused(), 2);
 }
 
 TEST_F(SignedOrderTest, EveryStatusIsSigned) {
-  desk_.OnDriverCommand(Enveloped(Bump(1), &bridge_key_));
-  ASSERT_TRUE(desk_.Take());
-  desk_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .text = "bumped"}, 3, 2);
-  desk_.Hello({});
-  desk_.Goodbye();
+  server_.OnDriverCommand(Enveloped(Bump(1), &bridge_key_));
+  ASSERT_TRUE(server_.Take());
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded, .text = "bumped"}, 3, 2);
+  server_.Hello({});
+  server_.Goodbye();
   const auto all = sink_.All<driver_status_t>("DRIVER_STATUS/b0");
   ASSERT_EQ(all.size(), 5u);
   for (driver_status_t status : all) {
@@ -594,11 +595,11 @@ TEST(UnsignedOrders, AreRefusedWhereTheFileSaysNothing) {
   FakeClock clock;
   MemorySink sink;
   const BusConfig bus = CountingBus("b0", {"axis1"});
-  DriverCommandServer desk(bus, {}, {kBoot, &clock, &sink, [] {}});
-  desk.OnDriverCommand(Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "bump")));
-  EXPECT_EQ(desk.refused(), 1);
+  DriverCommandServer server(bus, {}, {{.boot_id = kBoot}, &clock, &sink, [] {}});
+  server.OnDriverCommand(Enveloped(OrderMessage(kBoot, 1, NumberedId(1), "axis1", "bump")));
+  EXPECT_EQ(server.refused(), 1);
   EXPECT_TRUE(sink.All<driver_status_t>("DRIVER_STATUS/b0").empty());
-  EXPECT_NE(desk.Rule().find("bridge.unsigned_commands: allow"), std::string_view::npos);
+  EXPECT_NE(server.Rule().find("bridge.unsigned_commands: allow"), std::string_view::npos);
 }
 
 // To be run under -fsanitize=thread as well. Forged orders and permits come as fast as they can be verified; true
@@ -611,7 +612,7 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   const SigningKey bridge_key = SigningKey::Generate();
   const SigningKey stranger = SigningKey::Generate();
   const BusConfig bus = CountingBus("b0", {"axis1"});
-  DriverCommandServer desk(bus, BridgeOf(bridge_key), {kBoot, &clock, &sink, [] {}});
+  DriverCommandServer server(bus, BridgeOf(bridge_key), {{.boot_id = kBoot}, &clock, &sink, [] {}});
   constexpr std::uint32_t kOrders = 100;
   constexpr int kForgedPerOrder = 20;
   std::vector<std::vector<std::uint8_t>> forged;
@@ -625,11 +626,11 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   std::atomic<std::uint32_t> done = 0;
   std::thread command_thread([&] {
     for (std::uint32_t i = 0; i < kOrders; ++i) {
-      for (int n = 0; n < kForgedPerOrder; ++n) desk.OnDriverCommand(forged[i]);
-      desk.OnPermit("axis1", forged[i]);
+      for (int n = 0; n < kForgedPerOrder; ++n) server.OnDriverCommand(forged[i]);
+      server.OnPermit("axis1", forged[i]);
       while (done + DriverCommandServer::kMaxWaiting <= i)
         std::this_thread::yield();  // as a bridge: its queue is not full
-      desk.OnDriverCommand(genuine[i]);
+      server.OnDriverCommand(genuine[i]);
     }
     flooding = false;
   });
@@ -637,11 +638,11 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   summary.device = "axis1";
   while (true) {
     const bool last_round = !flooding;
-    const auto taken = desk.Take();
-    static_cast<void>(desk.CheckPermit("axis1", "bump"));
+    const auto taken = server.Take();
+    static_cast<void>(server.CheckPermit("axis1", "bump"));
     if (taken) {
-      desk.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
-      desk.Hello({&summary, 1});
+      server.Report(taken->device, taken->command.id, {.state = CommandState::kSucceeded}, -1);
+      server.Hello({&summary, 1});
       ++done;
     } else if (last_round) {
       break;
@@ -649,13 +650,13 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   }
   command_thread.join();
   EXPECT_EQ(done, kOrders);
-  EXPECT_EQ(desk.refused(), std::int64_t{kOrders} * kForgedPerOrder);
+  EXPECT_EQ(server.refused(), std::int64_t{kOrders} * kForgedPerOrder);
 }
 
 class HelloTest : public testing::Test {
  protected:
   std::vector<driver_status_t> Hello(std::vector<driver_device_t> devices) {
-    desk_.Hello(devices);
+    server_.Hello(devices);
     return sink_.All<driver_status_t>("DRIVER_STATUS/" + bus_.name);
   }
 
@@ -663,7 +664,7 @@ class HelloTest : public testing::Test {
   MemorySink sink_;
   SigningKey key_ = SigningKey::Generate();
   BusConfig bus_ = CountingBus(std::string(24, 'b'), {"axis1"});
-  DriverCommandServer desk_{bus_, {}, {5, &clock_, &sink_, [] {}, &key_}};
+  DriverCommandServer server_{bus_, {}, {{.boot_id = 5}, &clock_, &sink_, [] {}, &key_}};
 };
 
 TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {

@@ -47,7 +47,7 @@ class OperationsTest : public testing::Test {
     return order;
   }
   void Send(const driver_order_t& order) {
-    desk_.OnDriverCommand(Enveloped(order));
+    server_.OnDriverCommand(Enveloped(order));
     operations_.Poll(clock_.Now());
   }
   // The last word on the order.
@@ -81,20 +81,20 @@ class OperationsTest : public testing::Test {
     body.valid_ms = 500;
     body.operations = {operation};
     body.n_operations = 1;
-    desk_.OnPermit("axis1", Enveloped(body));
+    server_.OnPermit("axis1", Enveloped(body));
   }
 
   FakeClock clock_;
   Timebase time_;
   MemorySink sink_;
   BusConfig bus_;
-  DriverCommandServer desk_{
-      bus_, UnsignedBridge(), {.boot_id = kBoot, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
-  Operations operations_{PolledFamily(), desk_, time_, [](LogLevel, std::string_view) {}};
+  DriverCommandServer server_{
+      bus_, UnsignedBridge(), {.origin = {.boot_id = kBoot}, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
+  Operations operations_{PolledFamily(), server_, time_, [](LogLevel, std::string_view) {}};
   DevicePublisher channel_{
       bus_,
       bus_.devices[0],
-      {.boot_id = kBoot,
+      {.origin = {.boot_id = kBoot},
        .time = &time_,
        .sink = &sink_,
        .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {

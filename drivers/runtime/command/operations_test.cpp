@@ -132,7 +132,7 @@ TEST_F(OperationsTest, AnOrderThatTheStopCutsOffTellsItsWrites) {
   Send(order);
   channel_.OnNonVolatileWrite();
   operations_.CountWrites();
-  desk_.Goodbye();
+  server_.Goodbye();
   EXPECT_EQ(Answer(order).state, Status::STATE_INDETERMINATE);
   EXPECT_EQ(Answer(order).nv_writes, 1);
 }

@@ -80,7 +80,7 @@ TEST(AllocationTest, NothingAllocatesPerReading) {
   config.poll_hz = 0;
   config.capture = true;
   config.devices[0].block = true;
-  Driver driver(config, {}, 42,
+  Driver driver(config, {}, Origin{.boot_id = 42},
                 {.link = &link,
                  .secrets = &secrets,
                  .clock = &clock,

@@ -86,7 +86,7 @@ class CanHealthTest : public ::testing::Test {
   BusConfig bus_ = ListenerBus();
   Driver driver_{bus_,
                  {},
-                 42,
+                 Origin{.boot_id = 42},
                  DriverPorts{.frames = &link_,
                              .secrets = &secrets_,
                              .clock = &clock_,

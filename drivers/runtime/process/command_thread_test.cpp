@@ -73,7 +73,7 @@ TEST(CommandThreadTest, OrdersCrossTheThreads) {
   }));
   BusConfig config = PolledBus(1);
   config.poll_hz = 0;
-  Driver driver(config, UnsignedBridge(), kBoot,
+  Driver driver(config, UnsignedBridge(), Origin{.boot_id = kBoot},
                 {.link = &link,
                  .secrets = &secrets,
                  .clock = &clock,
@@ -118,7 +118,7 @@ TEST(CommandThreadTest, AFloodOfForgedOrdersDoesNotDelayTheBus) {
   bridge.bridge.public_key = bridge_key.public_key();
   BusConfig config = PolledBus(1);
   config.poll_hz = 0;
-  Driver driver(config, bridge, kBoot,
+  Driver driver(config, bridge, Origin{.boot_id = kBoot},
                 {.link = &link,
                  .secrets = &secrets,
                  .clock = &clock,

@@ -133,10 +133,10 @@ void DuplicateDriverDetector::OnDriverStatus(Bytes message) {
 
 namespace {
 
-std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, std::int64_t boot_id, const Timebase& time,
+std::unique_ptr<WireLog> MakeWireLog(const BusConfig& config, const Origin& origin, const Timebase& time,
                                      MessageSink& sink) {
   if (!config.capture) return nullptr;
-  return std::make_unique<WireLog>(config.name, boot_id, time, sink, WireKindOf(config));
+  return std::make_unique<WireLog>(config.name, origin, time, sink, WireKindOf(config));
 }
 
 driver_device_t SummaryOf(const DeviceConfig& config, const DevicePublisher::Summary& summary) {
@@ -172,27 +172,27 @@ bool Differs(const driver_device_t& sent, const DevicePublisher::Summary& now) {
 
 }  // namespace
 
-Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports)
+Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin& origin, DriverPorts ports)
     : config_(config),
       ports_(std::move(ports)),
-      duplicates_(boot_id, *ports_.clock),
+      duplicates_(origin.boot_id, *ports_.clock),
       command_server_(config, bridge,
-                      {.boot_id = boot_id,
+                      {.origin = origin,
                        .clock = ports_.clock,
                        .sink = ports_.commands,
                        .wake = [this] { link().Wake(); },
                        .key = ports_.key}),
       operations_(*config.family, command_server_, time_, ports_.log),
-      wire_(MakeWireLog(config, boot_id, time_, *ports_.data)),
+      wire_(MakeWireLog(config, origin, time_, *ports_.data)),
       bus_(MakeBus()),
-      health_(config, boot_id, time_, *ports_.data),
+      health_(config, origin, time_, *ports_.data),
       holds_secrets_(HoldsSecrets(config)),
       now_(ports_.clock->Now()),
       next_tick_(now_) {
   time_.Update(now_, ports_.clock->UtcMicroseconds());
   if (ports_.frames != nullptr) can_watch_.emplace(config.link.port, config.link.bitrate);
   const DevicePublisherContext context{
-      .boot_id = boot_id,
+      .origin = origin,
       .time = &time_,
       .sink = ports_.data,
       .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {

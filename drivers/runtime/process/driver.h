@@ -16,6 +16,7 @@
 #include "core/config/machine_config.h"
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
+#include "core/messages/origin.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/bus_health.h"
@@ -108,7 +109,7 @@ class Driver final : private LinkObserver {
   // How long a command that has touched its device may continue when the driver stops.
   static constexpr MonoNs kGrace = 700 * kMillisecond;
 
-  Driver(const BusConfig& config, const BridgeConfig& bridge, std::int64_t boot_id, DriverPorts ports);
+  Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin& origin, DriverPorts ports);
   Driver(const Driver&) = delete;
   Driver& operator=(const Driver&) = delete;
 

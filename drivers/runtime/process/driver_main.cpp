@@ -79,8 +79,8 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
   const auto log = MakeLog(bus.name, verbose);
   const StopSignal stop;
   static_cast<void>(signal(SIGPIPE, SIG_IGN));  // a closed log must not end the driver
-  LcmPort data(machine.lcm.url, machine.lcm.prefix);
-  LcmPort commands(machine.lcm.command_url, machine.lcm.prefix);
+  LcmPort data(machine.lcm.url, machine.lcm.prefix, machine.machine);
+  LcmPort commands(machine.lcm.command_url, machine.lcm.prefix, machine.machine);
   for (const LcmPort* port : {&data, &commands}) {
     if (port->problem().empty()) continue;
     log->error("{}", port->problem());
@@ -98,9 +98,9 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
       interposers.commands ? interposers.commands(commands) : std::unique_ptr<MessageSink>();
   SecretFiles secrets;
   const std::optional<SigningKey> key = DriverKey(machine.bridge, secrets, *log);
-  const std::int64_t boot_id = RandomBootId();
-  log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, boot_id);
-  Driver driver(bus, machine.bridge, boot_id,
+  const Origin origin = NewOrigin(machine.machine);
+  log->info("driver of {} ({}) starts, boot id {:016x}", bus.name, bus.family->name, origin.boot_id);
+  Driver driver(bus, machine.bridge, origin,
                 {.link = interposed_link ? interposed_link.get() : ports.link.get(),
                  .frames = ports.frames.get(),
                  .lines = ports.lines.get(),

@@ -36,7 +36,7 @@ class DriverTest : public ::testing::Test {
  protected:
   void Make() {
     driver_ = std::make_unique<Driver>(
-        bus_, bridge_, kBoot,
+        bus_, bridge_, Origin{.boot_id = kBoot},
         DriverPorts{.link = &link_,
                     .secrets = &secrets_,
                     .clock = &clock_,
@@ -319,7 +319,7 @@ TEST_F(DriverTest, AnOrderThatDoesNotEndInTimeIsIndeterminate) {
 
 TEST_F(DriverTest, LinkWarningsAreLogged) {
   driver_ = std::make_unique<Driver>(
-      bus_, bridge_, kBoot,
+      bus_, bridge_, Origin{.boot_id = kBoot},
       DriverPorts{.link = &link_,
                   .secrets = &secrets_,
                   .clock = &clock_,

@@ -155,7 +155,7 @@ std::string HistoryLine(const AxisEvent& event) {
 std::string CommandText(const CommandRow& command, const std::vector<CommandStep>& steps) {
   const CommandRecord& record = command.record;
   const S& status = record.status;
-  const std::string key = BootIdField(record.key_id).get<std::string>();
+  const std::string key = IdField(record.key_id).get<std::string>();
   const std::string cause = CauseText(status);
   std::string text = "id        " + IdText(IdOf(status.id)) + "\ncommand   " + Shown(status.device) + ' ' +
                      OperationText(record) + "\nwho       " + Shown(record.who) +
@@ -178,7 +178,7 @@ Json HistoryJson(const CommandRow& command) {
           {"accepted_utime", record.utime},
           {"begin_by_utime", record.begin_by_utime},
           {"who", record.who},
-          {"key_id", BootIdField(record.key_id)},
+          {"key_id", IdField(record.key_id)},
           {"is_unsigned", status.is_unsigned},
           {"device", status.device},
           {"operation", status.operation},
@@ -195,8 +195,8 @@ Json HistoryJson(const CommandRow& command) {
           {"started_utime", status.started_utime},
           {"finished_utime", status.finished_utime},
           {"epoch_after", status.epoch_after},
-          {"bridge_boot_id", BootIdField(record.bridge_boot_id)},
-          {"driver_boot_id", BootIdField(status.driver_boot_id)},
+          {"bridge_boot_id", IdField(record.bridge_boot_id)},
+          {"driver_boot_id", IdField(status.driver_boot_id)},
           {"changes", Field(status.changes)}};
 }
 

@@ -61,7 +61,7 @@ int Capture(const MachineConfig& machine, const Options& options) {
   const BusConfig* bus = machine.BusOf(options.device);
   if (bus == nullptr) return Fail(UnknownDevice(machine, options.device), kExitUsage);
   if (!bus->family->has_position) return Fail(options.device + " has no position", kExitUsage);
-  LcmPort port(machine.lcm.url, machine.lcm.prefix);
+  LcmPort port(machine.lcm.url, machine.lcm.prefix, machine.machine);
   if (!port.problem().empty()) return Fail(port.problem(), kExitBad);
   OffsetCapture capture(options.samples);
   if (!Gather(port, options.device, capture)) return Fail("the LCM port failed", kExitBad);

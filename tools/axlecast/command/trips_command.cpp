@@ -193,7 +193,7 @@ int Run(const MachineConfig& machine, const Options& options) {
     return Fail(found.error().text, kExitUsage);
   }
   TripLogs logs;
-  LcmPort port(machine.lcm.url, machine.lcm.prefix);
+  LcmPort port(machine.lcm.url, machine.lcm.prefix, machine.machine);
   if (port.problem().empty()) {
     static_cast<void>(port.Subscribe("TRIP/" + request.device, [&logs](const std::string&, Bytes message) {
       if (const auto trip = DecodeMessage<trip_log_t>(message)) logs.newest[trip->log_index] = *trip;

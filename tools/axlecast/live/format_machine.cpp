@@ -268,7 +268,12 @@ std::string Text(const MachineView& machine, const std::vector<std::string>& fau
 
 // Counts of LCM datagrams that this process lost or refused.
 Json ReceptionJson(const ReceptionCounts& counts) {
-  return {{"dropped", counts.dropped}, {"outside", counts.outside}, {"malformed", counts.malformed}};
+  Json machines = Json::array();
+  for (const OtherMachine& machine : counts.machines) machines.push_back(machine.name);
+  return {{"dropped", counts.dropped},
+          {"outside", counts.outside},
+          {"malformed", counts.malformed},
+          {"other_machines", std::move(machines)}};
 }
 
 }  // namespace

@@ -130,7 +130,8 @@ std::string DescriptionOf(const motor_limits_t& m) {
 
 // Any other message: its fields after the head, as JSON.
 std::string FieldsText(const Json& message) {
-  constexpr std::array<std::string_view, 5> kHead = {"utime", "mono_ns", "boot_id", "seq", "spare"};
+  constexpr std::array<std::string_view, 7> kHead = {"utime",      "mono_ns",  "boot_id", "seq",
+                                                     "machine_id", "clock_id", "spare"};
   Json rest = Json::object();
   for (const auto& [name, value] : message.items()) {
     if (std::ranges::find(kHead, name) == kHead.end()) rest[name] = value;
@@ -175,8 +176,8 @@ class Watch {
   }
 
   // Starts to receive messages from `url`.
-  Result<> Listen(const std::string& url, const std::string& prefix) {
-    LcmPort& port = ports_.emplace_back(url, prefix);
+  Result<> Listen(const std::string& url, const std::string& prefix, const std::string& machine) {
+    LcmPort& port = ports_.emplace_back(url, prefix, machine);
     if (!port.problem().empty()) return Failure(port.problem());
     const auto handler = [this](const std::string& channel, Bytes message) { OnMessage(channel, message); };
     if (!port.Subscribe(".*", handler, kQueue)) return Failure("cannot subscribe on " + url);
@@ -272,16 +273,18 @@ int RunWatch(const WatchOptions& options) {
     return kExitUsage;
   }
   LcmConfig lcm;
+  std::string name;  // of the machine; with --url, messages of all machines are shown
   if (options.config.Given() || (options.url.empty() && !options.config.File().empty())) {
     const auto machine = options.config.Load();
     if (!machine) return options.config.Fail(machine.error());
     lcm = machine->lcm;
+    if (options.url.empty()) name = machine->machine;
   }
   if (!options.url.empty()) lcm.url = options.url;
 
   Watch watch(options, std::move(channel));
-  Result<> listening = watch.Listen(lcm.url, lcm.prefix);
-  if (listening && options.commands) listening = watch.Listen(lcm.command_url, lcm.prefix);
+  Result<> listening = watch.Listen(lcm.url, lcm.prefix, name);
+  if (listening && options.commands) listening = watch.Listen(lcm.command_url, lcm.prefix, name);
   return listening ? watch.Run() : Fail(listening.error().text, kExitBad);
 }
 

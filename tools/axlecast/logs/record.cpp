@@ -96,6 +96,7 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
   identity.channel = log.channels;
   identity.invert = log.invert;
   settings.urls = identity.urls;
+  settings.machine = identity.machine_name;
   settings.queue_bytes = static_cast<std::size_t>(log.buffer_bytes);
   static_cast<void>(settings.filter.Set(log.channels, log.invert));
   settings.recorder.split_bytes = static_cast<std::uint64_t>(SplitBytes(log));
@@ -272,10 +273,12 @@ Result<RecordPlan> MakeRecordPlan(const RecordOptions& options, const std::optio
   RecordPlan plan;
   const LcmConfig lcm = machine ? machine->lcm : LcmConfig();
   plan.prefix = lcm.prefix;
+  if (machine && options.urls.empty()) plan.machine = machine->machine;
   LogIdentity identity;
   identity.host = HostName();
   identity.urls = options.urls.empty() ? std::vector<std::string>{lcm.url, lcm.command_url} : options.urls;
   if (machine) identity.machine = machine->text;
+  identity.machine_name = plan.machine;
   if (options.UsesLogsOf(machine)) {
     if (const Result<> checked = options.CheckNoLogOption(); !checked) return Failure(checked.error());
     PlanLogs(*machine, identity, plan);
@@ -315,6 +318,10 @@ std::string RecordSummary(const RecordingStatus& status) {
   if (status.disk.damaged || status.unwritten > 0) text += status.disk.last_error + '\n';
   if (status.early > 0) {
     text += "the pre-trigger memory was full: " + Count(status.early, "messages were removed early\n");
+  }
+  for (const OtherMachine& machine : status.receiver.machines) {
+    text += Count(machine.messages, "messages of ") + NamesOf({machine}) +
+            " not recorded: it uses the same LCM group\n";
   }
   if (status.IsComplete()) return text + "nothing was lost\n";
   text += "LOST:\n" + LossLines(status);

@@ -33,8 +33,10 @@ namespace {
 
 // One log of `axlecast record`: the recording, its published health, and its messages for an operator.
 struct LogRecording {
-  LogRecording(RecordingSettings settings, const Clock& system_clock)
-      : name(settings.recorder.identity.name),
+  // `machine_name`: empty without a machine's file.
+  LogRecording(RecordingSettings settings, const std::string& machine_name, const Clock& system_clock)
+      : machine(machine_name),
+        name(settings.recorder.identity.name),
         urls(settings.urls),
         clock(system_clock),
         session(std::move(settings), system_clock) {}
@@ -77,12 +79,13 @@ struct LogRecording {
     disk_failed = disk.state != DiskState::kGood;
   }
 
+  std::string machine;
   std::string name;
   std::vector<std::string> urls;
   const Clock& clock;
-  std::int64_t boot_id = RandomBootId();
-  RecordingHealth health{name, boot_id};
-  RecordingAlarms alarms{name, boot_id};
+  Origin origin = NewOrigin(machine);
+  RecordingHealth health{name, origin};
+  RecordingAlarms alarms{name, origin};
   RecordingSession session;
   std::string shown_error;
   bool disk_failed = false;
@@ -118,7 +121,7 @@ class RecordRun {
       : options_(options),
         live_(!options.json && Screen::Usable()),
         health_port_(plan.logs.front().urls.front(), plan.prefix) {
-    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), clock_);
+    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), plan.machine, clock_);
   }
 
   int Run() {

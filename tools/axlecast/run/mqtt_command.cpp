@@ -65,8 +65,8 @@ class MqttIntake {
  public:
   MqttIntake(const MachineConfig& machine, const Clock& clock, MqttFeed::Sink sink)
       : clock_(clock),
-        data_(machine.lcm.url, machine.lcm.prefix),
-        command_(machine.lcm.command_url, machine.lcm.prefix),
+        data_(machine.lcm.url, machine.lcm.prefix, machine.machine),
+        command_(machine.lcm.command_url, machine.lcm.prefix, machine.machine),
         feed_(machine, std::move(sink)) {}
 
   [[nodiscard]] Result<> Open() {
@@ -128,7 +128,7 @@ class MqttRun {
  public:
   explicit MqttRun(const MachineConfig& machine)
       : machine_(machine),
-        boot_id_(RandomBootId()),
+        origin_(NewOrigin(machine.machine)),
         outbox_({static_cast<std::size_t>(machine.mqtt.queue_messages),
                  static_cast<std::size_t>(machine.mqtt.queue_bytes)}),
         intake_(
@@ -137,9 +137,9 @@ class MqttRun {
         link_(LinkSettingsOf(machine)),
         session_(
             link_, outbox_,
-            {intake_.feed().topics().status(), JsonLine(MqttStatusJson("offline", boot_id_)),
+            {intake_.feed().topics().status(), JsonLine(MqttStatusJson("offline", origin_.boot_id)),
              [this] { return JsonLine(StatusJson("online")); }, [this] { return JsonLine(StatusJson("ended")); }}),
-        alarms_(MqttAlarmName(machine), boot_id_, clock_.Now()) {}
+        alarms_(MqttAlarmName(machine), origin_, clock_.Now()) {}
 
   [[nodiscard]] Result<> Open() {
     SecretFiles secrets;
@@ -167,7 +167,7 @@ class MqttRun {
     return {.feed = intake_.feed().counts(), .outbox = outbox_.counts(), .broker = session_.status()};
   }
   [[nodiscard]] Json StatusJson(const char* state) const {
-    return MqttStatusJson(state, boot_id_, clock_.UtcMicroseconds(), status());
+    return MqttStatusJson(state, origin_.boot_id, clock_.UtcMicroseconds(), status());
   }
 
  private:
@@ -211,7 +211,7 @@ class MqttRun {
 
   const MachineConfig& machine_;
   SystemClock clock_;
-  std::int64_t boot_id_;
+  Origin origin_;
   Outbox outbox_;
   MqttIntake intake_;
   MqttProcess link_;

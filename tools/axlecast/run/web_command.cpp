@@ -90,8 +90,8 @@ class LiveSource {
  public:
   LiveSource(const MachineConfig& machine, const Clock& clock)
       : clock_(clock), model_(machine, AXLECAST_VERSION, std::nullopt) {
-    Listen(machine.lcm.url, machine.lcm.prefix, Monitor::kDataChannels);
-    Listen(machine.lcm.command_url, machine.lcm.prefix, Monitor::kCommandChannels);
+    Listen(machine, machine.lcm.url, Monitor::kDataChannels);
+    Listen(machine, machine.lcm.command_url, Monitor::kCommandChannels);
   }
 
   [[nodiscard]] const std::string& problem() const { return problem_; }
@@ -116,8 +116,8 @@ class LiveSource {
   }
 
  private:
-  void Listen(const std::string& url, const std::string& prefix, const char* channels) {
-    LcmPort& port = ports_.emplace_back(url, prefix);
+  void Listen(const MachineConfig& machine, const std::string& url, const char* channels) {
+    LcmPort& port = ports_.emplace_back(url, machine.lcm.prefix, machine.machine);
     const auto handler = [this](const std::string& channel, Bytes message) {
       model_.OnMessage(channel, message, {clock_.Now(), clock_.UtcMicroseconds()});
     };

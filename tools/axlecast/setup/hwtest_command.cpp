@@ -51,7 +51,7 @@ class Acceptance {
         bus_(*machine.BusOf(options.device)),
         watch_(bus_, *std::find_if(bus_.devices.begin(), bus_.devices.end(),
                                    [&](const DeviceConfig& device) { return device.name == options.device; })),
-        port_(machine.lcm.url, machine.lcm.prefix) {}
+        port_(machine.lcm.url, machine.lcm.prefix, machine.machine) {}
 
   int Run() {
     if (const Result<> listening = Listen(); !listening) return Fail(listening.error().text, kExitFailed);
