@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kMergeKey = "<<";
 constexpr const char* kDefaults = "defaults";
 constexpr const char* kDevices = "devices";
-constexpr std::size_t kMaxNodes = 200'000;  // below `buses`, after ranges are replaced
+constexpr std::size_t kMaxNodes = 100'000;  // below `buses`, after ranges are replaced
 
 // The number of a range, as in the name and without leading zeros.
 struct RangeNumber {
@@ -68,6 +68,7 @@ class Expander {
   explicit Expander(ConfigErrors& errors) : errors_(errors) {}
 
   YAML::Node Expand(const YAML::Node& document) {
+    pool_.push_back(document);
     const std::vector<Entry> root = EntriesOf(Merged(document));
     const YAML::Node* const defaults = Find(root, kDefaults);
     if (defaults != nullptr && !defaults->IsNull() && !defaults->IsMap())
@@ -106,8 +107,16 @@ class Expander {
     return key.IsScalar() ? Find(entries, key.Scalar()) : nullptr;
   }
 
-  static YAML::Node MapOf(const std::vector<Entry>& entries) {
-    YAML::Node map(YAML::NodeType::Map);
+  // A node of its own would copy the bookkeeping of the whole document with its first child: yaml-cpp merges the memory of a
+  // child into that of its parent.
+  YAML::Node Made(YAML::NodeType::value type) {
+    const YAML::Node node(type);
+    pool_.push_back(node);
+    return node;
+  }
+
+  YAML::Node MapOf(const std::vector<Entry>& entries) {
+    YAML::Node map = Made(YAML::NodeType::Map);
     for (const auto& [key, value] : entries) map.force_insert(key, value);
     return map;
   }
@@ -124,7 +133,7 @@ class Expander {
   // Keys of the mapping itself replace those of its merge key; of several merged mappings, the first counts.
   YAML::Node Merged(const YAML::Node& node) {
     if (node.IsSequence()) {
-      YAML::Node list(YAML::NodeType::Sequence);
+      YAML::Node list = Made(YAML::NodeType::Sequence);
       for (const auto& each : node) list.push_back(Merged(each));
       return list;
     }
@@ -161,12 +170,12 @@ class Expander {
     if (++nodes_ > kMaxNodes) return node;
     if (node.IsScalar()) return Substituted(node, number);
     if (node.IsSequence()) {
-      YAML::Node list(YAML::NodeType::Sequence);
+      YAML::Node list = Made(YAML::NodeType::Sequence);
       for (const auto& each : node) list.push_back(Ranged(each, number));
       return list;
     }
     if (!node.IsMap()) return node;
-    YAML::Node map(YAML::NodeType::Map);
+    YAML::Node map = Made(YAML::NodeType::Map);
     std::set<std::string> names;
     const auto add = [&](const YAML::Node& key, const YAML::Node& value, const YAML::Mark& mark) {
       if (key.IsScalar() && !names.insert(key.Scalar()).second)
@@ -210,7 +219,7 @@ class Expander {
   // ---- defaults ----
 
   // Returns `own` with the keys of `fallback` that it lacks; mappings that both have are filled in the same way.
-  static YAML::Node Filled(const YAML::Node& own, const std::vector<Entry>& fallback) {
+  YAML::Node Filled(const YAML::Node& own, const std::vector<Entry>& fallback) {
     if (fallback.empty() || (!own.IsMap() && !own.IsNull())) return own;
     const std::vector<Entry> given = EntriesOf(own);
     std::vector<Entry> entries;
@@ -226,8 +235,8 @@ class Expander {
   }
 
   // `used`: the families of `families` that a bus has.
-  static YAML::Node FilledBuses(const YAML::Node& buses, const std::vector<Entry>& families,
-                                std::vector<std::string>& used) {
+  YAML::Node FilledBuses(const YAML::Node& buses, const std::vector<Entry>& families,
+                         std::vector<std::string>& used) {
     std::vector<Entry> entries;
     for (const Entry& bus : EntriesOf(buses)) {
       const std::vector<Entry> given = EntriesOf(bus.second);
@@ -241,7 +250,7 @@ class Expander {
     return MapOf(entries);
   }
 
-  static YAML::Node FilledBus(const std::vector<Entry>& bus, const std::vector<Entry>& family) {
+  YAML::Node FilledBus(const std::vector<Entry>& bus, const std::vector<Entry>& family) {
     const auto keys_of = [](const std::vector<Entry>& entries, const char* name) {
       const YAML::Node* const found = Find(entries, name);
       return found != nullptr ? EntriesOf(*found) : std::vector<Entry>();
@@ -268,6 +277,7 @@ class Expander {
 
   ConfigErrors& errors_;
   std::size_t nodes_ = 0;
+  YAML::Node pool_{YAML::NodeType::Sequence};  // every node that was made
 };
 
 bool IsAbbreviated(const YAML::Node& node) {
