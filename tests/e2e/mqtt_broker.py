@@ -56,9 +56,9 @@ class Relay:
     or bytes per second towards the broker."""
 
     def __init__(self, port=RELAY_PORT, target=PORT):
+        self.links = []
         self.mode = "pass"
         self.target = target
-        self.links = []
         self.listener = socket.socket()
         self.listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.listener.bind(("127.0.0.1", port))
@@ -66,6 +66,23 @@ class Relay:
         self.accepted = 0
         self.acceptor = threading.Thread(target=self._accept, daemon=True)
         self.acceptor.start()
+
+    @property
+    def mode(self):
+        return self._mode
+
+    @mode.setter
+    def mode(self, mode):
+        self._mode = mode
+        for link in self.links:
+            self._set_window(link)
+
+    def _set_window(self, link):
+        """A small window, so that a slow broker is felt; a wide one else: TCP passes 4 kB in 200 ms through a small one."""
+        try:
+            link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096 if isinstance(self._mode, int) else 1 << 18)
+        except OSError:
+            pass  # it has ended
 
     def _accept(self):
         while True:
@@ -80,8 +97,7 @@ class Relay:
             self.links.append(client)
             if self.mode == "stall":
                 continue
-            # A small window, so that a slow broker is felt.
-            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            self._set_window(client)
             try:
                 broker = socket.create_connection(("127.0.0.1", self.target))
             except OSError:
