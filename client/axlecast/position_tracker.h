@@ -36,15 +36,18 @@ inline std::int64_t IdOfName(const std::string& text) {
 }
 
 // Returns clock_id of this process: its mono_ns is comparable with CLOCK_MONOTONIC here if a message has the same clock_id. 0:
-// not known. Reads /proc.
+// not known. Reads /proc once in a process.
 inline std::int64_t OwnClockId() {
-  std::string text;
-  std::ifstream boot("/proc/sys/kernel/random/boot_id");
-  std::getline(boot, text);
-  char space[64];
-  const auto size = readlink("/proc/self/ns/time", space, sizeof space);
-  if (size > 0) text.append(space, static_cast<std::size_t>(size));
-  return text.empty() ? 0 : IdOfName(text);
+  static const std::int64_t kOwn = [] {
+    std::string text;
+    std::ifstream boot("/proc/sys/kernel/random/boot_id");
+    std::getline(boot, text);
+    char space[64];
+    const auto size = readlink("/proc/self/ns/time", space, sizeof space);
+    if (size > 0) text.append(space, static_cast<std::size_t>(size));
+    return text.empty() ? std::int64_t{0} : IdOfName(text);
+  }();
+  return kOwn;
 }
 
 class PositionTracker {

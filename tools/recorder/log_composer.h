@@ -93,7 +93,6 @@ struct LogIdentity {
   std::string name;  // name of the recorder
   std::string host;
   std::string machine;  // text of the machine's file; empty: there is no file
-  std::string machine_name;
   std::vector<std::string> urls;
   std::string channel;  // --channel; empty: all channels
   bool invert = false;

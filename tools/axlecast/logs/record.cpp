@@ -87,8 +87,8 @@ LogConfig LogOf(const RecordOptions& options, const std::optional<MachineConfig>
   return log;
 }
 
-// `log` must be valid.
-RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
+// `log` must be valid. `machine_name`: as RecordingSettings::machine.
+RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine, const std::string& machine_name) {
   RecordingSettings settings;
   LogIdentity& identity = settings.recorder.identity;
   identity = machine;
@@ -96,7 +96,7 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
   identity.channel = log.channels;
   identity.invert = log.invert;
   settings.urls = identity.urls;
-  settings.machine = identity.machine_name;
+  settings.machine = machine_name;
   settings.queue_bytes = static_cast<std::size_t>(log.buffer_bytes);
   static_cast<void>(settings.filter.Set(log.channels, log.invert));
   settings.recorder.split_bytes = static_cast<std::uint64_t>(SplitBytes(log));
@@ -114,10 +114,11 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine) {
 }
 
 // Adds the logs of the machine's file. Several machines may share a folder.
-void PlanLogs(const MachineConfig& machine, const LogIdentity& identity, RecordPlan& plan) {
+void PlanLogs(const MachineConfig& machine, const LogIdentity& identity, const std::string& machine_name,
+              RecordPlan& plan) {
   plan.folder = LogDirectory(machine);
   for (const LogConfig& log : machine.recorder.logs) {
-    RecordingSettings& settings = plan.logs.emplace_back(SettingsOf(log, identity));
+    RecordingSettings& settings = plan.logs.emplace_back(SettingsOf(log, identity, machine_name));
     settings.writer.folder = plan.folder;
     settings.writer.name = machine.machine + '-' + log.name;
   }
@@ -273,21 +274,20 @@ Result<RecordPlan> MakeRecordPlan(const RecordOptions& options, const std::optio
   RecordPlan plan;
   const LcmConfig lcm = machine ? machine->lcm : LcmConfig();
   plan.prefix = lcm.prefix;
-  if (machine && options.urls.empty()) plan.machine = machine->machine;
+  const std::string machine_name = machine && options.urls.empty() ? machine->machine : "";
   LogIdentity identity;
   identity.host = HostName();
   identity.urls = options.urls.empty() ? std::vector<std::string>{lcm.url, lcm.command_url} : options.urls;
   if (machine) identity.machine = machine->text;
-  identity.machine_name = plan.machine;
   if (options.UsesLogsOf(machine)) {
     if (const Result<> checked = options.CheckNoLogOption(); !checked) return Failure(checked.error());
-    PlanLogs(*machine, identity, plan);
+    PlanLogs(*machine, identity, machine_name, plan);
     return plan;
   }
   const LogConfig log = LogOf(options, machine);
   const bool names_logs = IsFolder(options.file);
   if (const Result<> checked = CheckOptions(options, log, names_logs); !checked) return Failure(checked.error());
-  LogWriterSettings& writer = plan.logs.emplace_back(SettingsOf(log, identity)).writer;
+  LogWriterSettings& writer = plan.logs.emplace_back(SettingsOf(log, identity, machine_name)).writer;
   if (names_logs) {
     writer.folder = options.file.empty() ? "." : options.file;
   } else {

@@ -41,7 +41,6 @@ struct RecordOptions {
 // The settings of all recordings, from the options and the machine's file.
 struct RecordPlan {
   std::vector<RecordingSettings> logs;  // at least one
-  std::string machine;                  // its name; empty without a machine's file
   std::string prefix;                   // of the channels on which the health is published
   std::string folder;                   // to create and lock; empty: the folder must exist
 };

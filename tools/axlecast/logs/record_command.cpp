@@ -33,12 +33,11 @@ namespace {
 
 // One log of `axlecast record`: the recording, its published health, and its messages for an operator.
 struct LogRecording {
-  // `machine_name`: empty without a machine's file.
-  LogRecording(RecordingSettings settings, const std::string& machine_name, const Clock& system_clock)
-      : machine(machine_name),
-        name(settings.recorder.identity.name),
+  LogRecording(RecordingSettings settings, const Clock& system_clock)
+      : name(settings.recorder.identity.name),
         urls(settings.urls),
         clock(system_clock),
+        origin(NewOrigin(settings.machine)),
         session(std::move(settings), system_clock) {}
 
   // Continues the file, if it exists.
@@ -79,11 +78,10 @@ struct LogRecording {
     disk_failed = disk.state != DiskState::kGood;
   }
 
-  std::string machine;
   std::string name;
   std::vector<std::string> urls;
   const Clock& clock;
-  Origin origin = NewOrigin(machine);
+  Origin origin;
   RecordingHealth health{name, origin};
   RecordingAlarms alarms{name, origin};
   RecordingSession session;
@@ -121,7 +119,7 @@ class RecordRun {
       : options_(options),
         live_(!options.json && Screen::Usable()),
         health_port_(plan.logs.front().urls.front(), plan.prefix) {
-    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), plan.machine, clock_);
+    for (RecordingSettings& settings : plan.logs) logs_.emplace_back(std::move(settings), clock_);
   }
 
   int Run() {
