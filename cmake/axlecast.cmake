@@ -39,12 +39,13 @@ if(AXLECAST_FUZZERS)
   target_compile_options(axlecast_test_flags INTERFACE -fno-sanitize=fuzzer-no-link)
 endif()
 
-# GoogleMock's headers cost more than most tests: they are compiled once for all.
+# GoogleMock's headers and those that most tests include cost more than most tests: they are compiled once for all.
 if(AXLECAST_TESTS)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/test_headers.cpp CONTENT "")
   add_library(axlecast_test_headers OBJECT ${CMAKE_BINARY_DIR}/test_headers.cpp)
   target_link_libraries(axlecast_test_headers PRIVATE axlecast_flags GTest::gmock axlecast_test_flags)
-  target_precompile_headers(axlecast_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  target_precompile_headers(axlecast_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h> <fstream> <functional> <map> <optional>
+    <span> <variant> <nlohmann/json.hpp> <tl/expected.hpp> <yaml-cpp/yaml.h>)
 endif()
 
 # axlecast_library_headers(TARGET): with AXLECAST_UNITY, compiles the standard library and nlohmann/json once for all libraries
@@ -176,8 +177,10 @@ function(axlecast_folder target)
       get_filename_component(name ${fuzzer} NAME_WE)
       add_executable(${target}_${name} ${fuzzer})
       target_link_libraries(${target}_${name} PRIVATE ${target} ${ARG_TEST_DEPENDS})
-      target_compile_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
       target_link_options(${target}_${name} PRIVATE -fsanitize=fuzzer)
+      if(AXLECAST_UNITY)
+        target_precompile_headers(${target}_${name} REUSE_FROM ${axlecast_precompiled})
+      endif()
       set_target_properties(${target}_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/fuzz)
       add_dependencies(axlecast_fuzzers ${target}_${name})
     endforeach()

@@ -148,7 +148,7 @@ TEST(SaaCanDialogue, ARefusalIsTold) {
   SimulatedBus bus("a: {bits: 14}", "", kBench);
   bus.Run(kSecond);
   bus.Begin("set_node_id", kNode);
-  while (bus.frames->Sent(0x7E5, 0x11) == 0) bus.Run(kMicrosecond);
+  while (bus.frames->Sent(0x7E5, 0x11) == 0) bus.Run(20 * kMicrosecond);
   bus.frames->Inject({.id = 0x7E4, .data = {0x11, 0x01, 0, 0, 0, 0, 0, 0}});
   const Outcome outcome = bus.Finish();
   EXPECT_EQ(outcome.state, CommandState::kFailed);

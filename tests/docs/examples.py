@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from pages import pages_of
+
 from links import FENCE
 
 COMMAND = re.compile(r"(?:^\s*|\$ |sudo |&& |\| |\$\(|[A-Z_]+=\S* )axlecast(?=\s)([^`]*)")
@@ -65,7 +67,7 @@ def problem(tree, text):
 def main():
     top = Path(sys.argv[1]).resolve()
     tree = json.loads(subprocess.run([sys.argv[2], "--cli-tree"], capture_output=True, text=True, check=True).stdout)
-    pages = [page for page in sorted(top.rglob("*.md")) if not {"build", "node_modules", ".git"} & set(page.relative_to(top).parts)]
+    pages = pages_of(top)
     seen = bad = 0
     for page in pages:
         for number, line in lines_of(page):

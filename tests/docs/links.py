@@ -7,6 +7,8 @@ import re
 import sys
 from pathlib import Path
 
+from pages import pages_of
+
 LINK = re.compile(r"(?<!!)\[[^\]\[]*(?:\[[^\]]*\][^\]\[]*)*\]\(([^)\s]+)\)")
 PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^(```|~~~)")
@@ -58,7 +60,7 @@ def problem(page, link, top):
 
 def main():
     top = Path(sys.argv[1]).resolve()
-    pages = [page for page in sorted(top.rglob("*.md")) if not {"build", "node_modules", ".git"} & set(page.relative_to(top).parts)]
+    pages = pages_of(top)
     links = bad = 0
     for page in pages:
         text = page.read_text()

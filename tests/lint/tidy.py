@@ -4,7 +4,8 @@
 Usage: tidy.py CLANG_TIDY BUILD_FOLDER
 
 Takes the compile commands of the build. Where that compiles files in groups, the groups are checked, which reads every
-header once for all of them. Prints what clang-tidy objects to; exits 1 on any, and where a source has no command."""
+header once for all of them. Prints what clang-tidy objects to; exits 1 on any, and where a source has no command.
+Everything else on the machine goes first: tests run beside it."""
 
 import json
 import os
@@ -56,6 +57,7 @@ def check(clang_tidy, folder, file):
 
 
 def main(clang_tidy, build):
+    os.nice(19)
     units = units_of(build)
     lost = missing(units)
     for file in lost:

@@ -13,7 +13,7 @@ import traceback
 import unittest
 
 RESULTS = pathlib.Path("/run/vm/results.json")
-CASE_LIMIT = float(os.environ.get("AXLECAST_VM_CASE_LIMIT", 100))  # s; then the stacks of all threads, and the end
+CASE_LIMIT = float(os.environ.get("AXLECAST_VM_CASE_LIMIT", 300))  # s; then the stacks of all threads, and the end
 
 
 class Record(unittest.TestResult):

@@ -181,7 +181,7 @@ ScriptedLog Random(std::mt19937& random) {
 
 TEST(RandomDamage, InOnePieceCostsItsEventsOnly) {
   std::mt19937 random(7);
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < 8; ++round) {
     const ScriptedLog log = Random(random);
     for (int hit = 0; hit < 60; ++hit) {
       const std::size_t size = std::array<std::size_t, 3>{1, 10, 100}[random() % 3];
@@ -199,7 +199,7 @@ TEST(RandomDamage, InOnePieceCostsItsEventsOnly) {
 
 TEST(RandomDamage, ScatteredCostsItsEventsOnly) {
   std::mt19937 random(8);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < 120; ++round) {
     const ScriptedLog log = Random(random);
     std::vector<std::uint8_t> bytes = log.bytes();
     Damaged damaged;

@@ -103,7 +103,7 @@ TEST(LogReader, BeginsAtTheNextRecordFromAnywhere) {
 
 // Each of these would take many minutes if a byte of it were looked at once for every byte before it.
 TEST(LogReader, TakesTimeInProportionToAHostileLog) {
-  constexpr std::size_t kSize = 4U << 20;
+  constexpr std::size_t kSize = 2U << 20;
   std::vector<std::uint8_t> syncs;
   while (syncs.size() < kSize) AppendBigEndian(syncs, kEventSync);
   EXPECT_EQ(ReadAll(syncs).covered, syncs.size());
