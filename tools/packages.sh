@@ -9,10 +9,12 @@ packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
 # tests/vm. Its kernel, the package that linux-image-amd64 depends on, is fetched by tests/vm/run and not installed.
-packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils libfuse3-dev"
-packages_test="libfaketime x11-utils clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev procps git
-  build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db bash-completion systemd
-  xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
+packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils"
+# What the tests are compiled with.
+packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev libfuse3-dev procps git"
+# What they start.
+packages_process="libfaketime x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
+  bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
   mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"

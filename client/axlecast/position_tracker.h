@@ -11,12 +11,14 @@
 // Positions are advisory to safety systems: LCM has no authentication.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <axlecast/device_info_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <string>
@@ -36,16 +38,21 @@ inline std::int64_t IdOfName(const std::string& text) {
 }
 
 // Returns clock_id of this process: its mono_ns is comparable with CLOCK_MONOTONIC here if a message has the same clock_id. 0:
-// not known. Reads /proc once in a process.
+// not known. Reads /proc once in a process. A service that does not see /proc/sys (ProcSubset=pid of systemd) needs
+// Environment=AXLECAST_BOOT_ID=%b.
 inline std::int64_t OwnClockId() {
   static const std::int64_t kOwn = [] {
     std::string text;
     std::ifstream boot("/proc/sys/kernel/random/boot_id");
     std::getline(boot, text);
+    const char* given = std::getenv("AXLECAST_BOOT_ID");
+    if (text.empty() && given != nullptr) text = given;
+    text.erase(std::remove(text.begin(), text.end(), '-'), text.end());
+    if (text.empty()) return std::int64_t{0};
     char space[64];
     const auto size = readlink("/proc/self/ns/time", space, sizeof space);
     if (size > 0) text.append(space, static_cast<std::size_t>(size));
-    return text.empty() ? std::int64_t{0} : IdOfName(text);
+    return IdOfName(text);
   }();
   return kOwn;
 }

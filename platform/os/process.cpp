@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 
@@ -42,10 +43,15 @@ void SetAction(void (*handler)(int)) {
 
 std::string Reason() { return std::strerror(errno); }
 
-// CLOCK_MONOTONIC begins at the boot of the kernel, and a time namespace shifts it (time_namespaces(7)).
+// CLOCK_MONOTONIC begins at the boot of the kernel, and a time namespace shifts it (time_namespaces(7)). A unit with ProcSubset=pid
+// sees no /proc/sys: its AXLECAST_BOOT_ID is systemd's %b. Returns no text if the boot is not known.
 std::string ClockText() {
   std::string boot;
   std::getline(std::ifstream("/proc/sys/kernel/random/boot_id"), boot);
+  const char* given = std::getenv("AXLECAST_BOOT_ID");
+  if (boot.empty() && given != nullptr) boot = given;
+  std::erase(boot, '-');
+  if (boot.empty()) return "";
   std::array<char, 64> space{};
   const ssize_t size = readlink("/proc/self/ns/time", space.data(), space.size());
   return boot + std::string(space.data(), static_cast<std::size_t>(std::max<ssize_t>(size, 0)));

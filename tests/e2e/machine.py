@@ -28,6 +28,23 @@ def wait_for(condition, what, limit=LIMIT):
     raise AssertionError(f"not within {limit} s: {what() if callable(what) else what}")
 
 
+def boot_id():
+    return pathlib.Path("/proc/sys/kernel/random/boot_id").read_text().strip().replace("-", "")
+
+
+def clock_id():
+    """Of this process's CLOCK_MONOTONIC: the hash of docs/machines.md, of the host's boot and the time namespace."""
+    value = 0xCBF29CE484222325
+    for byte in (boot_id() + os.readlink("/proc/self/ns/time")).encode():
+        value = (value ^ byte) * 0x100000001B3 % 2**64
+    return value
+
+
+def unsigned(number):
+    """64 bits, whether JSON has them as a number or in hexadecimal."""
+    return int(number, 16) if isinstance(number, str) else number % 2**64
+
+
 class Watch:
     """`axlecast watch --json` in the background; every message of it in `messages`, in order."""
 

@@ -8,7 +8,7 @@ import signal
 import unittest
 import urllib.request
 
-from machine import wait_for
+from machine import clock_id, unsigned, wait_for
 from systemd_machine import (CONFIG, DRIVERS, LIMIT, SERVICES, active, commission, journal, pid, run, show, wait_for_another)
 
 ACCOUNTS = {"axlecast-bridge": "axlecast-bridge", "axlecast-driver": "axlecast-drivers", "axlecast-record": "axlecast-record",
@@ -41,6 +41,9 @@ class Installed(unittest.TestCase):
     def test_the_multicast_route_is_there(self):
         self.assertIn("dev lo", run("ip", "route", "get", "239.255.76.67"))
         self.assertEqual(run("axlecast", "doctor", "--only", "multicast_route,multicast_interface,loopback_multicast"), "")
+
+    def test_readings_have_the_clock_of_this_host(self):
+        self.assertEqual(unsigned(json.loads(run("axlecast", "info", "axis", "--json"))["clock_id"]), clock_id())
 
     def test_real_time_is_granted(self):
         threads = os.listdir(f"/proc/{pid(DRIVERS[0])}/task")
