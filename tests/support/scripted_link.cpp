@@ -40,6 +40,7 @@ ByteLink::ReadResult ScriptedLink::Read(std::span<std::uint8_t> into, MonoNs dea
 }
 
 ByteLink::ReadResult ScriptedLink::ReadNow(std::span<std::uint8_t> into) {
+  ++reads_now_;
   if (Gone()) return {.status = Status::kLost, .count = 0};
   std::size_t count = 0;
   while (count < into.size() && NextArrival() <= clock_.Now()) {

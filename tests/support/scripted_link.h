@@ -40,6 +40,7 @@ class ScriptedLink final : public ByteLink {
   [[nodiscard]] const std::vector<MonoNs>& write_times() const { return write_times_; }
   [[nodiscard]] const std::vector<MonoNs>& open_times() const { return open_times_; }  // attempts
   [[nodiscard]] std::int64_t waits() const { return waits_; }
+  [[nodiscard]] std::int64_t reads_now() const { return reads_now_; }  // of ReadNow
 
   [[nodiscard]] Result<> Open() override;
   void Close() override { open_ = false; }
@@ -78,6 +79,7 @@ class ScriptedLink final : public ByteLink {
   std::vector<MonoNs> write_times_;
   std::vector<MonoNs> open_times_;
   std::int64_t waits_ = 0;
+  std::int64_t reads_now_ = 0;
 };
 
 }  // namespace axlecast

@@ -79,6 +79,24 @@ TEST_F(LineMediumTest, ALateReplyIsStrayBeforeTheNextRequest) {
   EXPECT_EQ(stray->received.last, clock_.Now());
 }
 
+// One system call less for each reading in a slot: the wait for the slot watched the port.
+TEST_F(LineMediumTest, AWaitThatEndedWithoutBytesIsTheLookForStrays) {
+  EXPECT_EQ(medium_.Sleep(kStart + kMillisecond), nullptr);
+  EXPECT_EQ(medium_.FindStray(), nullptr);
+  EXPECT_EQ(link_.reads_now(), 0);
+  EXPECT_EQ(medium_.FindStray(), nullptr);
+  EXPECT_EQ(link_.reads_now(), 1) << "once";
+}
+
+TEST_F(LineMediumTest, AThreadThatWasInterruptedAfterItsWaitLooksAgain) {
+  EXPECT_EQ(medium_.Sleep(kStart + kMillisecond), nullptr);
+  link_.ArriveAt(clock_.Now() + 10 * kMicrosecond, {9});
+  clock_.Advance(kMillisecond);
+  const Event* stray = medium_.FindStray();
+  ASSERT_NE(stray, nullptr);
+  EXPECT_THAT(Copy(stray->bytes), ElementsAre(9));
+}
+
 // One character of 10 bits at 2.5 MBd takes 4 us, 3.88 us at least: request and reply 19.4 us.
 TEST_F(LineMediumTest, AReplyThatTheWireCannotHaveCarriedIsStrayAndTheExchangeGoesOn) {
   SerialTransactor medium(link_, clock_, false, nullptr, {.baud = 2'500'000});

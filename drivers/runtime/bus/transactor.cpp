@@ -110,6 +110,7 @@ bool BeginsAs(Bytes request, Bytes bytes) {
 
 const Event* SerialTransactor::FindStray() {
   if (HasExcess()) return Excess();
+  if (clock_.Now() - std::exchange(empty_at_, kLongAgo) <= kJustWaited) return nullptr;
   const ByteLink::ReadResult read = link_.ReadNow({buffer_.data(), kMaxFrame});
   if (read.status == Status::kOk && read.count > 0) return Arrived(Event::Kind::kUnexpectedBytes, read.count);
   if (read.status == Status::kLost) return Lost();
@@ -198,6 +199,7 @@ const Event* SerialTransactor::Sleep(MonoNs by) {
   if (HasExcess()) return Excess();
   const Status status = link_.Wait(by);
   if (status == Status::kLost) return Lost();
+  if (status == Status::kTimeout) empty_at_ = clock_.Now();
   return status == Status::kOk ? FindStray() : nullptr;
 }
 

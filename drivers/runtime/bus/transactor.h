@@ -110,6 +110,10 @@ class SerialTransactor final : public Transactor {
   const LineFormat opened_;
   LineFormat line_;  // now
   Event event_;
+  static constexpr MonoNs kLongAgo = INT64_MIN / 2;
+  // A look for strays may take the end of a wait for its own: the wait looked at the port at its end. A thread that was interrupted
+  // since then looks again.
+  static constexpr MonoNs kJustWaited = 20 * kMicrosecond;
   struct Read {
     std::size_t end = 0;  // index behind its last byte
     MonoNs at = 0;
@@ -120,7 +124,8 @@ class SerialTransactor final : public Transactor {
   Frame masked_head_;        // begin of the secret's request: address and function
   Frame early_;              // a reply that came too early; unexpected bytes at the next slot
   bool early_waits_ = false;
-  Bytes excess_;  // bytes beyond the length of the last reply: unexpected bytes at the next slot
+  MonoNs empty_at_ = kLongAgo;  // a wait for bytes ended without any
+  Bytes excess_;                // bytes beyond the length of the last reply: unexpected bytes at the next slot
   std::array<std::uint8_t, 2 * kMaxFrame> buffer_{};  // an echo and a reply
 };
 
