@@ -28,7 +28,8 @@ class Faults(Machine):
         return [m for m in self.data.of("POSITION/axis1", mark) if m["flags"] & VALID]
 
     def bus(self):
-        return self.data.last("BUS/rs485-0")
+        """The newest BUS message; before the first, one without content."""
+        return self.data.last("BUS/rs485-0") or {"state": None, "errors": [0] * 16, "reopens": 0}
 
     # -- processes
 
@@ -62,7 +63,7 @@ class Faults(Machine):
         self.config = self.write(one_axis("{speed_rpm: 60}"))
         self.data = self.watch(self.config)
         self.driver(self.config, "rs485-0")
-        wait_for(lambda: (self.bus() or {}).get("state") in (0, BUS_DOWN), "a bus that is not up")
+        wait_for(lambda: self.bus()["state"] in (0, BUS_DOWN), "a bus that is not up")
         self.simulator(self.config, "rs485-0")
         self.wait_online(self.data)
 

@@ -5,6 +5,7 @@ import java.awt.Frame;
 import java.awt.Rectangle;
 import java.awt.event.MouseEvent;
 import java.lang.reflect.Field;
+import java.lang.reflect.InvocationTargetException;
 import java.lang.reflect.Modifier;
 import javax.swing.JTable;
 
@@ -18,7 +19,12 @@ public final class SpyWitness {
         Thread thread = new Thread(() -> {
             try {
                 while (true) {
-                    EventQueue.invokeAndWait(() -> look(channel));
+                    try {
+                        EventQueue.invokeAndWait(() -> look(channel));
+                    } catch (InvocationTargetException race) {
+                        // lcm-spy's receiving thread changes its table while it is read here.
+                        System.out.println("WITNESS LOOKS AGAIN " + race.getCause());
+                    }
                     Thread.sleep(20);
                 }
             } catch (Exception problem) {

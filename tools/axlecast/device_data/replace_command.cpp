@@ -73,7 +73,7 @@ std::string Addresses(const std::vector<std::size_t>& addresses) {
   return text;
 }
 
-constexpr MonoNs kTimeout = 3 * kSecond;  // DEVICE is published once per second
+constexpr MonoNs kTimeout = 6 * kSecond;  // DEVICE is published once per second, on a busy machine later
 
 // Returns true if the device is online or degraded and its DEVICE message was received.
 bool Answers(const DeviceView& device, MonoNs now) {
@@ -153,14 +153,15 @@ class ReplaceWizard {
   }
 
  private:
-  // Returns the device after its messages were received, at most after a few seconds.
-  [[nodiscard]] DeviceView Look() {
+  // Returns the device after its messages were received and, with `answers`, it answers; at most after a few seconds.
+  [[nodiscard]] DeviceView Look(bool answers = false) {
     LiveMachine live(machine_, clock_);
     const std::string& name = report_.device;
-    const auto known = [&name](const MachineView& view) {
+    const auto known = [&](const MachineView& view) {
       const DeviceView& device = *view.FindDevice(name);
-      return (device.Received() && (device.position || !device.has_position) && device.alarms.received()) ||
-             CancelOnSignal::requested();
+      const bool received =
+          device.Received() && (device.position || !device.has_position) && device.alarms.received();
+      return (received && (!answers || Answers(device, clock_.Now()))) || CancelOnSignal::requested();
     };
     if (const auto gathered = live.Gather(clock_.Now() + kTimeout, known); !gathered) {
       std::cerr << gathered.error().text << '\n';
@@ -273,7 +274,7 @@ class ReplaceWizard {
   }
 
   [[nodiscard]] int Accept() {
-    const DeviceView device = Look();
+    const DeviceView device = Look(true);  // one that was just put in may need a moment
     const MonoNs now = clock_.Now();
     if (!Answers(device, now)) {
       std::cerr << report_.device << " does not answer: " << StateText(device, now)
