@@ -2,25 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <axlecast/alarm_t.hpp>
-#include <axlecast/bus_health_t.hpp>
-#include <axlecast/command_status_t.hpp>
-#include <axlecast/command_t.hpp>
-#include <axlecast/device_info_t.hpp>
-#include <axlecast/driver_command_t.hpp>
-#include <axlecast/driver_status_t.hpp>
-#include <axlecast/exchange_times_t.hpp>
-#include <axlecast/motor_health_t.hpp>
-#include <axlecast/motor_limits_t.hpp>
-#include <axlecast/permit_t.hpp>
-#include <axlecast/position_block_t.hpp>
-#include <axlecast/position_t.hpp>
-#include <axlecast/recorder_health_t.hpp>
-#include <axlecast/trip_log_t.hpp>
-#include <axlecast/wire_t.hpp>
 
 #include "core/base/spelling.h"
 #include "core/base/text.h"
+#include "core/messages/json/published_types.h"
 #include "core/messages/message.h"
 #include "core/messages/origin.h"
 
@@ -30,18 +15,12 @@ namespace {
 constexpr std::size_t kMachineAt = 40;  // behind fingerprint, utime, mono_ns, boot_id and seq
 
 template <typename... Messages>
-const auto& FingerprintsOf() {
+bool IsOneOf(TypeList<Messages...>, std::int64_t fingerprint) {
   static const std::array<std::int64_t, sizeof...(Messages)> kAll = {Messages::getHash()...};
-  return kAll;
+  return std::find(kAll.begin(), kAll.end(), fingerprint) != kAll.end();
 }
 
-bool IsOfAxlecast(std::int64_t fingerprint) {
-  const auto& all =
-      FingerprintsOf<position_t, alarm_t, bus_health_t, command_status_t, command_t, device_info_t,
-                     driver_command_t, driver_status_t, exchange_times_t, motor_health_t, motor_limits_t, permit_t,
-                     position_block_t, recorder_health_t, trip_log_t, wire_t>();
-  return std::find(all.begin(), all.end(), fingerprint) != all.end();
-}
+bool IsOfAxlecast(std::int64_t fingerprint) { return IsOneOf(PublishedTypes{}, fingerprint); }
 
 // Returns the machine that a message states, or 0.
 std::int64_t MachineOf(Bytes message) {
@@ -54,6 +33,11 @@ bool ReadName(Bytes message, std::string& name) {
   if (ReadInt64(message, 0) != Message::getHash()) return false;
   if (const auto decoded = DecodeMessage<Message>(message)) name = CappedText(decoded->machine, kNameBytes);
   return true;
+}
+
+template <typename... Messages>
+void ReadNameOf(TypeList<Messages...>, Bytes message, std::string& name) {
+  static_cast<void>((ReadName<Messages>(message, name) || ...));
 }
 
 }  // namespace
@@ -79,9 +63,7 @@ void MachineFilter::Refuse(Bytes message, MonoNs now) {
   ++other->messages;
   other->last = now;
   if (!other->name.empty()) return;
-  static_cast<void>(ReadName<bus_health_t>(message, other->name) || ReadName<device_info_t>(message, other->name) ||
-                    ReadName<driver_status_t>(message, other->name) ||
-                    ReadName<recorder_health_t>(message, other->name));
+  ReadNameOf(NamedTypes{}, message, other->name);
   // A name that does not belong to the id is not believed.
   if (NameHash(other->name) != id) other->name.clear();
 }
