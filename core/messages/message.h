@@ -12,7 +12,7 @@
 
 namespace axlecast {
 
-// Where encoded messages go. platform/net/lcm_port.h is the real one. Thread-safe.
+// Sends encoded messages. platform/net/lcm_port.h sends them to the network. Thread-safe.
 class MessageSink {
  public:
   virtual ~MessageSink() = default;
@@ -22,8 +22,8 @@ class MessageSink {
 // The longest message: it fits one Ethernet frame, because LCM 1.3 loses reordered fragments.
 inline constexpr int kMaxMessage = 1400;
 
-// Encodes an LCM message on the stack and publishes it; nothing is allocated. A message above kMaxMessage is a
-// fault of ours (every string is capped where it is set) and is not sent: returns false.
+// Encodes an LCM message on the stack and publishes it. Allocates nothing. Returns false, and sends nothing, if the message is longer
+// than kMaxMessage. This cannot happen as long as every string is limited where it is set.
 template <typename Message>
 bool Publish(MessageSink& sink, const std::string& channel, const Message& message) {
   std::array<std::uint8_t, kMaxMessage> buffer;
@@ -34,8 +34,8 @@ bool Publish(MessageSink& sink, const std::string& channel, const Message& messa
   return true;
 }
 
-// Decodes an LCM message from untrusted bytes. The generated decoders throw on a negative length or count; here
-// every malformed message is simply no message.
+// Decodes an LCM message from untrusted bytes. Returns nothing if it is malformed. The generated decoders throw on a negative length
+// or count.
 template <typename Message>
 std::optional<Message> DecodeMessage(Bytes bytes) {
   try {
