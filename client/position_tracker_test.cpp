@@ -1,5 +1,6 @@
 #include <axlecast/position_tracker.h>
 #include <gtest/gtest.h>
+#include <algorithm>
 #include <cmath>
 
 namespace axlecast {
@@ -41,7 +42,7 @@ class PositionTrackerTest : public testing::Test {
     info.ratio_den = 1;
     info.per_turn = 360;
     info.modulo = modulo;
-    info.max_age_us = 20'000;
+    info.max_age_us = std::max(20'000, 3 * publish_us_);
     tracker_.OnDevice(info);
   }
 
@@ -84,6 +85,122 @@ TEST_F(PositionTrackerTest, TheInstantsOfAnotherHostAreNotKnown) {
   boot_ = 6;
   Receive(102 * kMs, 0);
   EXPECT_EQ(tracker_.Check(103 * kMs), Freshness::kOtherClock);
+}
+
+class OtherHostTest : public PositionTrackerTest {
+ protected:
+  static constexpr std::int64_t kOther = 77;
+  static constexpr std::int64_t kAhead = 1'000'000 * kMs;  // of the clock of the other host
+
+  OtherHostTest() {
+    PositionTracker::Options options;
+    options.clock_id = 5;
+    options.time = &time_;
+    options.max_time_half_width_ns = kMs;
+    tracker_ = PositionTracker(options);
+    clock_id_ = kOther;
+    Device();
+  }
+  // TIME messages of both hosts at an instant of the clock of the caller.
+  void Time(std::int64_t now, std::int32_t epoch = 0, std::int64_t half_width = 100'000) {
+    for (const std::int64_t clock : {options_clock_, kOther}) {
+      time_quality_t message{};
+      message.clock_id = clock;
+      message.boot_id = 1;
+      message.mono_ns = clock == kOther ? now + kAhead : now;
+      message.base_ns = now + 500 * kMs;
+      message.base_id = 9;
+      message.half_width_ns = clock == kOther ? half_width : 20;
+      message.grade = time_quality_t::GRADE_PROVEN;
+      message.growth_ppb = 600'000;
+      message.valid_ms = 1'000;
+      message.epoch = epoch;
+      time_.OnTime(message, now);
+    }
+  }
+  // A reading of the other host at an instant of the clock of the caller, received 0.2 ms later.
+  PositionTracker::News ReceiveThere(std::int64_t at, std::int64_t counts) {
+    position_t message{};
+    message.mono_ns = at + kAhead;
+    message.boot_id = boot_;
+    message.machine_id = machine_;
+    message.clock_id = kOther;
+    message.seq = seq_++;
+    message.counts_per_turn = kTurn;
+    message.counts = counts;
+    message.flags = kGood;
+    return tracker_.OnPosition(message, at + kMs / 5);
+  }
+
+  TimeBase time_;
+  std::int64_t options_clock_ = 5;
+};
+
+TEST_F(OtherHostTest, ReadingsAreUsedWithTheirTime) {
+  Time(100 * kMs);
+  EXPECT_TRUE(ReceiveThere(101 * kMs, 1'000).used);
+  EXPECT_TRUE(ReceiveThere(103 * kMs, 3'000).used);
+  EXPECT_EQ(tracker_.Check(104 * kMs), Freshness::kFresh);
+  const auto position = tracker_.At(102 * kMs);
+  ASSERT_TRUE(position);
+  EXPECT_NEAR(position.counts, 2'000, 1);
+  EXPECT_GT(position.timing_error_counts, 100) << "1 count per us, and 0.1 ms";
+  EXPECT_LT(position.timing_error_counts, 200);
+}
+
+TEST_F(OtherHostTest, AnAgeIsTheGreatestThatItCanBe) {
+  Time(100 * kMs);
+  ReceiveThere(100 * kMs, 0);
+  EXPECT_EQ(tracker_.Check(119 * kMs), Freshness::kFresh);
+  EXPECT_EQ(tracker_.Check(120 * kMs), Freshness::kStale) << "it may be 0.1 ms older";
+}
+
+TEST_F(OtherHostTest, WithoutATimeThatIsGoodEnoughThereIsNoPosition) {
+  EXPECT_FALSE(ReceiveThere(99 * kMs, 0).used);
+  EXPECT_EQ(tracker_.Check(100 * kMs), Freshness::kTimeUnknown);
+  EXPECT_EQ(tracker_.At(99 * kMs).answer, Answer::kTimeUnknown);
+  Time(100 * kMs, 0, 2 * kMs);
+  EXPECT_FALSE(ReceiveThere(101 * kMs, 0).used) << "wider than the options allow";
+  Time(102 * kMs);
+  EXPECT_TRUE(ReceiveThere(103 * kMs, 0).used);
+  EXPECT_EQ(tracker_.Check(103 * kMs), Freshness::kFresh);
+}
+
+TEST_F(OtherHostTest, ReadingsOfTwoEpochsAreNotJoined) {
+  Time(100 * kMs);
+  ReceiveThere(101 * kMs, 1'000);
+  Time(102 * kMs, 1);
+  EXPECT_TRUE(ReceiveThere(103 * kMs, 3'000).used);
+  EXPECT_EQ(tracker_.At(102 * kMs).answer, Answer::kBeforeHistory);
+}
+
+TEST_F(PositionTrackerTest, ATimeOfAnotherClockIsToldUntilAReadingProvesItRight) {
+  Device();
+  position_t message{};
+  message.boot_id = boot_;
+  message.clock_id = clock_id_;
+  message.flags = kGood;
+  message.mono_ns = 100 * kMs;
+  tracker_.OnPosition(message, 10 * kMs);  // the caller's time is not CLOCK_MONOTONIC
+  EXPECT_EQ(tracker_.Check(100 * kMs), Freshness::kWrongClock)
+      << "also when its time has passed that of the reading";
+  EXPECT_EQ(tracker_.At(100 * kMs).answer, Answer::kWrongClock);
+  message.seq = 1;
+  message.mono_ns = 101 * kMs;
+  tracker_.OnPosition(message, 102 * kMs);
+  EXPECT_EQ(tracker_.Check(103 * kMs), Freshness::kFresh);
+}
+
+TEST_F(PositionTrackerTest, NothingIsExtrapolatedFromAReadingThatIsTooOld) {
+  PositionTracker::Options options;
+  options.max_extrapolation_ns = 100 * kMs;
+  tracker_ = PositionTracker(options);
+  Device();  // 20 ms
+  Receive(100 * kMs, 0);
+  Receive(101 * kMs, 10);
+  EXPECT_TRUE(tracker_.At(121 * kMs));
+  EXPECT_EQ(tracker_.Check(122 * kMs), Freshness::kStale);
+  EXPECT_EQ(tracker_.At(122 * kMs).answer, Answer::kTooFarAhead);
 }
 
 TEST_F(PositionTrackerTest, AgeCanCountFromTheArrival) {

@@ -11,6 +11,7 @@
 // Positions are advisory to safety systems: LCM has no authentication.
 #pragma once
 
+#include <axlecast/time_base.h>
 #include <algorithm>
 #include <array>
 #include <axlecast/device_info_t.hpp>
@@ -70,9 +71,15 @@ class PositionTracker {
     std::int64_t machine_id = 0;
     // Messages with this clock_id have instants on the clock of the caller.
     std::int64_t clock_id = OwnClockId();
+    // Converts the instants of readings of other hosts to the clock of the caller: pass the TIME messages to it. It must exist as long as
+    // the tracker. Null: readings of other hosts are not used.
+    const TimeBase* time = nullptr;
+    // A reading of another host is used if its instant is known to +- this. There is no default: it depends on the axis. At 100 turns
+    // per minute and 17 bits, 1 us is 0.2 counts.
+    std::int64_t max_time_half_width_ns = 0;
     // What counts as the instant of a reading.
     enum class Instant {
-      kSampled,  // mono_ns, if the publisher has the clock of the caller; a reading of another clock is not used
+      kSampled,  // mono_ns, converted by `time` if the publisher runs on another host
       kReceived,  // the arrival of the message: an age is the least that it can be, and instants of axes are not comparable
       kGiven,  // the second argument of OnPosition is the sampling instant: from a log
     };
@@ -81,12 +88,13 @@ class PositionTracker {
 
   enum class Freshness {
     kFresh,
-    kStale,          // the newest valid reading is too old
-    kNotValid,       // the position of the newest message is not valid
-    kNoReading,      // no valid reading yet, or none since the publisher restarted
-    kLimitUnknown,   // no max_age was given, and no DEVICE message came
-    kWrongClock,     // the newest reading lies in the future: the caller's time is not CLOCK_MONOTONIC
-    kOtherClock,     // the publisher runs on another host, so that the instants of its readings are not known here
+    kStale,         // the newest valid reading is too old
+    kNotValid,      // the position of the newest message is not valid
+    kNoReading,     // no valid reading yet, or none since the publisher restarted
+    kLimitUnknown,  // no max_age was given, and no DEVICE message came
+    kWrongClock,  // the newest reading lay in the future when it arrived: the caller's time is not CLOCK_MONOTONIC
+    kOtherClock,  // the publisher runs on another host, and there is no Options::time
+    kTimeUnknown,  // the publisher runs on another host, and the instant of its newest reading is not known well enough
     kTwoPublishers,  // two drivers publish this device, or two machines have a device of this name
   };
 
@@ -101,11 +109,13 @@ class PositionTracker {
     kDatumChanged,   // the datum, or the trust in the turns, changed between the two readings
     kGap,            // the two readings are further apart than max_gap_ns
     kSpeedUnknown,   // nothing to extrapolate with
+    kWrongClock,     // as in Freshness
     kOtherClock,     // as in Freshness
+    kTimeUnknown,    // as in Freshness
     kTwoPublishers,  // as in Freshness
   };
 
-  // The position at an instant. Only where it converts to true do the numbers mean anything; else they are NaN.
+  // The position at an instant. It never rests on a reading older than the maximum age. Only where it converts to true do the numbers mean anything; else they are NaN.
   struct Position {
     Answer answer = Answer::kNoReading;
     double counts = std::numeric_limits<double>::quiet_NaN();  // absolute, after direction and datum
@@ -158,6 +168,8 @@ class PositionTracker {
   static constexpr std::int64_t kAloneAfterNs = 3'000'000'000;
 
  private:
+  static constexpr std::int64_t kFutureNs = 1'000'000;  // of a reading that counts as lying in the future
+
   struct Reading {
     std::int64_t at = 0;
     std::int64_t half_width = 0;
@@ -167,11 +179,13 @@ class PositionTracker {
     std::int32_t epoch = 0;
   };
 
+  // Returns the instant of the reading on the clock of the caller, and by how much that is uncertain; false if it is not known.
+  bool Locate(const position_t& message, std::int64_t received_ns, std::int64_t& at, std::int64_t& half_width);
   // Another publisher than that of the newest message.
   void Replace(const position_t& message, std::int64_t received_ns);
   [[nodiscard]] const Reading& Back(std::size_t i) const { return ring_[(newest_at_ + kHistory - i) % kHistory]; }
   [[nodiscard]] static bool Valid(const Reading& reading) { return (reading.flags & position_t::FLAG_VALID) != 0; }
-  [[nodiscard]] static Reading Take(const position_t& message, std::int64_t at);
+  [[nodiscard]] static Reading Take(const position_t& message, std::int64_t at, std::int64_t half_width);
   [[nodiscard]] static std::int64_t LostBetween(std::int64_t seq, std::int64_t later);
   [[nodiscard]] static double Slope(const Reading& a, const Reading& b);
   [[nodiscard]] static Answer Joined(const Reading& a, const Reading& b, std::int64_t max_gap_ns);
@@ -181,6 +195,9 @@ class PositionTracker {
   [[nodiscard]] Position Extrapolate(std::int64_t instant_ns) const;
   [[nodiscard]] double Value(double counts) const;
   [[nodiscard]] bool OnOtherClock() const;
+  [[nodiscard]] std::int64_t MaxAgeNs() const {
+    return options_.max_age_ns > 0 ? options_.max_age_ns : device_max_age_ns_;
+  }
   [[nodiscard]] std::int64_t MaxExtrapolationNs() const;
   [[nodiscard]] std::int64_t MaxGapNs() const;
 
@@ -191,8 +208,12 @@ class PositionTracker {
   std::int64_t previous_boot_ = 0;
   bool contested_ = false;         // two publishers
   std::int64_t contested_at_ = 0;  // arrival of the newest message that showed it
+  bool wrong_clock_ = false;       // the newest reading lay in the future when it arrived
+  bool located_ = true;            // the instant of the newest message is known
+  std::uint64_t era_ = 0;          // of the readings that are kept: TimeBase::Instant
   bool valid_any_ = false;
   std::int64_t valid_at_ = 0;
+  std::int64_t valid_half_width_ = 0;
   std::array<Reading, kHistory> ring_{};
   std::size_t newest_at_ = 0;
   std::size_t size_ = 0;
@@ -223,6 +244,25 @@ inline bool PositionTracker::OnOtherClock() const {
          (newest_.clock_id == 0 || newest_.clock_id != options_.clock_id);
 }
 
+inline bool PositionTracker::Locate(const position_t& message, std::int64_t received_ns, std::int64_t& at,
+                                    std::int64_t& half_width) {
+  half_width = message.time_uncertainty_ns;
+  at = options_.instant == Options::Instant::kSampled ? message.mono_ns : received_ns;
+  if (!OnOtherClock()) return at >= 0;
+  if (options_.time == nullptr || message.clock_id == 0) return false;
+  const TimeBase::Instant here =
+      options_.time->OnClock(options_.clock_id, message.clock_id, message.mono_ns, received_ns);
+  if (!here || here.half_width_ns + half_width > options_.max_time_half_width_ns) return false;
+  if (here.era != era_) {  // instants of before and after are not comparable
+    size_ = 0;
+    valid_any_ = false;
+  }
+  era_ = here.era;
+  at = here.ns;
+  half_width += here.half_width_ns;
+  return at >= 0;
+}
+
 inline std::int64_t PositionTracker::MaxExtrapolationNs() const {
   constexpr std::int64_t kLeast = 5'000'000;
   if (options_.max_extrapolation_ns >= 0) return options_.max_extrapolation_ns;
@@ -235,11 +275,12 @@ inline std::int64_t PositionTracker::MaxGapNs() const {
   return 3 * device_period_ns_ > kLeast ? 3 * device_period_ns_ : kLeast;
 }
 
-inline PositionTracker::Reading PositionTracker::Take(const position_t& message, std::int64_t at) {
+inline PositionTracker::Reading PositionTracker::Take(const position_t& message, std::int64_t at,
+                                                      std::int64_t half_width) {
   constexpr double kTwoPi = 6.283185307179586;
   Reading reading;
   reading.at = at;
-  reading.half_width = message.time_uncertainty_ns;
+  reading.half_width = half_width;
   reading.counts = message.counts;
   reading.counts_per_ns = message.speed_rad_s / kTwoPi * static_cast<double>(message.counts_per_turn) * 1e-9;
   reading.flags = message.flags;
@@ -277,16 +318,20 @@ inline PositionTracker::News PositionTracker::OnPosition(const position_t& messa
   any_ = true;
   newest_ = message;
   totals_.missed_readings += message.missed;
-  if (OnOtherClock()) return news;
-  const std::int64_t at = options_.instant == Options::Instant::kSampled ? message.mono_ns : received_ns;
-  if (at < 0 || (size_ > 0 && at <= Back(0).at)) return news;
+  std::int64_t at = 0;
+  std::int64_t half_width = 0;
+  const bool located = Locate(message, received_ns, at, half_width);
+  located_ = located || !OnOtherClock();
+  wrong_clock_ = located && at - half_width > received_ns + kFutureNs;
+  if (!located || (size_ > 0 && at <= Back(0).at)) return news;
   news.used = true;
   newest_at_ = (newest_at_ + 1) % kHistory;
   size_ = size_ < kHistory ? size_ + 1 : kHistory;
-  ring_[newest_at_] = Take(message, at);
+  ring_[newest_at_] = Take(message, at, half_width);
   if (Valid(ring_[newest_at_])) {
     valid_any_ = true;
     valid_at_ = at;
+    valid_half_width_ = OnOtherClock() ? half_width : 0;
   }
   return news;
 }
@@ -307,7 +352,10 @@ inline const char* ReasonText(PositionTracker::Freshness freshness) {
     case PositionTracker::Freshness::kWrongClock:
       return "the reading lies in the future: give CLOCK_MONOTONIC of this host";
     case PositionTracker::Freshness::kOtherClock:
-      return "the driver runs on another host: the instants of its readings are not known here";
+      return "the driver runs on another host: give Options::time, and the TIME messages to it";
+    case PositionTracker::Freshness::kTimeUnknown:
+      return "the driver runs on another host, and the instants of its readings are not known well enough: see "
+             "`axlecast status`";
     case PositionTracker::Freshness::kTwoPublishers:
       return "two drivers publish this device, or two machines have a device of this name";
   }
@@ -334,8 +382,12 @@ inline const char* ReasonText(PositionTracker::Answer answer) {
       return "the two readings are too far apart";
     case PositionTracker::Answer::kSpeedUnknown:
       return "the speed after the newest reading is not known yet";
+    case PositionTracker::Answer::kWrongClock:
+      return ReasonText(PositionTracker::Freshness::kWrongClock);
     case PositionTracker::Answer::kOtherClock:
       return ReasonText(PositionTracker::Freshness::kOtherClock);
+    case PositionTracker::Answer::kTimeUnknown:
+      return ReasonText(PositionTracker::Freshness::kTimeUnknown);
     case PositionTracker::Answer::kTwoPublishers:
       return ReasonText(PositionTracker::Freshness::kTwoPublishers);
   }
@@ -357,15 +409,16 @@ inline void PositionTracker::OnDevice(const device_info_t& message) {
 }
 
 inline PositionTracker::Freshness PositionTracker::Check(std::int64_t now_ns) const {
-  constexpr std::int64_t kFutureNs = 1'000'000;
   if (contested_) return Freshness::kTwoPublishers;
-  if (any_ && OnOtherClock()) return Freshness::kOtherClock;
+  if (any_ && OnOtherClock() && options_.time == nullptr) return Freshness::kOtherClock;
+  if (any_ && !located_) return Freshness::kTimeUnknown;
+  if (wrong_clock_) return Freshness::kWrongClock;
   if (!valid_any_) return Freshness::kNoReading;
-  const std::int64_t max_age = options_.max_age_ns > 0 ? options_.max_age_ns : device_max_age_ns_;
+  const std::int64_t max_age = MaxAgeNs();
   if (max_age <= 0) return Freshness::kLimitUnknown;
   const std::int64_t age = AgeNs(now_ns);
-  if (age < -kFutureNs) return Freshness::kWrongClock;
-  if (age > max_age) return Freshness::kStale;
+  if (age < -kFutureNs - valid_half_width_) return Freshness::kWrongClock;
+  if (age + valid_half_width_ > max_age) return Freshness::kStale;
   return Valid(Back(0)) ? Freshness::kFresh : Freshness::kNotValid;
 }
 
@@ -414,6 +467,7 @@ inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t insta
   const Reading& last = Back(0);
   if (!Valid(last)) return Refuse(Answer::kNotValid);
   if (instant_ns - last.at > MaxExtrapolationNs()) return Refuse(Answer::kTooFarAhead);
+  if (MaxAgeNs() > 0 && instant_ns - last.at > MaxAgeNs()) return Refuse(Answer::kTooFarAhead);
   double counts_per_ns = 0;
   if ((last.flags & position_t::FLAG_SPEED_VALID) != 0) {
     counts_per_ns = last.counts_per_ns;
@@ -428,7 +482,9 @@ inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t insta
 
 inline PositionTracker::Position PositionTracker::At(std::int64_t instant_ns) const {
   if (contested_) return Refuse(Answer::kTwoPublishers);
-  if (any_ && OnOtherClock()) return Refuse(Answer::kOtherClock);
+  if (any_ && OnOtherClock() && options_.time == nullptr) return Refuse(Answer::kOtherClock);
+  if (any_ && !located_) return Refuse(Answer::kTimeUnknown);
+  if (wrong_clock_) return Refuse(Answer::kWrongClock);
   if (size_ == 0) return Refuse(Answer::kNoReading);
   if (instant_ns > Back(0).at) return Extrapolate(instant_ns);
   for (std::size_t i = 0; i < size_; ++i) {

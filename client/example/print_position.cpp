@@ -1,12 +1,16 @@
-// Prints the position of one device ten times a second: print_position axis1 [LCM_URL]
+// Prints the position of one device ten times a second: print_position axis1 [LCM_URL [MICROSECONDS]]
+//
+// MICROSECONDS: a reading of another host is used if its instant is known to +- this. 0: only readings of this host are used.
 //
 // The whole of what a consumer needs: lcm-cpp, the generated messages and axlecast/position_tracker.h.
 #include <time.h>
 
 #include <axlecast/position_tracker.h>
+#include <axlecast/time_base.h>
 
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <string>
 
@@ -22,6 +26,14 @@ std::int64_t MonotonicNs() {
 }
 
 struct Axis {
+  explicit Axis(std::int64_t microseconds) : tracker(Options(microseconds)) {}
+
+  PositionTracker::Options Options(std::int64_t microseconds) const {
+    PositionTracker::Options options;
+    if (microseconds > 0) options.time = &time;
+    options.max_time_half_width_ns = microseconds * 1'000;
+    return options;
+  }
   void OnPosition(const lcm::ReceiveBuffer*, const std::string&, const axlecast::position_t* message) {
     const auto news = tracker.OnPosition(*message, MonotonicNs());
     if (news.restarted) std::printf("the driver was restarted\n");
@@ -30,6 +42,10 @@ struct Axis {
   void OnDevice(const lcm::ReceiveBuffer*, const std::string&, const axlecast::device_info_t* message) {
     tracker.OnDevice(*message);
   }
+  void OnTime(const lcm::ReceiveBuffer*, const std::string&, const axlecast::time_quality_t* message) {
+    time.OnTime(*message, MonotonicNs());
+  }
+  axlecast::TimeBase time;
   PositionTracker tracker;
 };
 
@@ -54,7 +70,7 @@ void Print(const PositionTracker& tracker) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: print_position DEVICE [LCM_URL]\n");
+    std::fprintf(stderr, "usage: print_position DEVICE [LCM_URL [MICROSECONDS]]\n");
     return 2;
   }
   const std::string device = argv[1];
@@ -63,9 +79,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "LCM does not start: is there a multicast route? (ip route add 224.0.0.0/4 dev lo)\n");
     return 1;
   }
-  Axis axis;
+  Axis axis(argc > 3 ? std::atoll(argv[3]) : 0);
   lcm.subscribe("POSITION/" + device, &Axis::OnPosition, &axis);
   lcm.subscribe("DEVICE/" + device, &Axis::OnDevice, &axis);
+  lcm.subscribe("TIME/.*", &Axis::OnTime, &axis);
   constexpr std::int64_t kPeriod = 100'000'000;
   for (std::int64_t next = MonotonicNs() + kPeriod;;) {
     const std::int64_t wait_ms = (next - MonotonicNs()) / 1'000'000;

@@ -6,6 +6,7 @@
 
 #include "core/base/spelling.h"
 #include "core/config/abbreviations.h"
+#include "core/config/hosts.h"
 #include "core/config/service_config.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
@@ -45,12 +46,17 @@ class MachineLoader {
     root.MarkRequired("buses");
     auto buses = root.Maps("buses");
     if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
+    std::vector<std::string> bus_names;
+    for (const auto& [name, map] : buses) bus_names.push_back(name);
+    machine_.hosts = LoadHosts(root, bus_names);
     for (auto& [name, map] : buses) LoadBus(name, map);
     if (!only_bus_.empty() && !seen_only_bus_) root.Error("buses", "there is no bus " + Quoted(only_bus_));
     machine_.bridge = LoadBridge(root.Map("bridge"), families_);
     machine_.recorder = LoadRecorder(root.Map("recorder"));
     machine_.web = LoadWeb(root.Map("web"));
     machine_.mqtt = LoadMqtt(root.Map("mqtt"), DeviceNames());
+    machine_.time = LoadTime(root.Map("time"));
+    CheckHosts(root, machine_);
     root.Done();
     return std::move(machine_);
   }
@@ -167,11 +173,13 @@ class MachineLoader {
     return node["simulate"].IsMap() || map.Bool("simulate", false);
   }
 
-  // No two buses share a line.
+  // No two buses of a host share a line.
   void RegisterLink(ConfigMap map, const BusConfig& bus) {
     if (bus.simulate || bus.link.port.empty()) return;
     const std::string key = LinkKey(bus.family->link);
-    const auto [first, added] = ports_.emplace(bus.link.port, bus.name);
+    const HostConfig* host = HostOfBus(machine_.hosts, bus.name);
+    const std::string place = host == nullptr ? "" : host->name;
+    const auto [first, added] = ports_.emplace(std::pair(place, bus.link.port), bus.name);
     if (added) return;
     map.Error(key, Quoted(bus.link.port) + " is used already by bus " + first->second + ": each bus has a " + key +
                        " of its own");
@@ -214,8 +222,8 @@ class MachineLoader {
   std::string_view only_bus_;
   bool seen_only_bus_ = false;
   MachineConfig machine_;
-  std::map<std::string, std::string> devices_;  // name -> bus
-  std::map<std::string, std::string> ports_;    // path or interface -> bus
+  std::map<std::string, std::string> devices_;                        // name -> bus
+  std::map<std::pair<std::string, std::string>, std::string> ports_;  // host, and path or interface -> bus
   DeviceFamilies families_;
 };
 

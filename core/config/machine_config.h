@@ -97,6 +97,15 @@ struct BridgeConfig {
   [[nodiscard]] const KeyGrant* FindKey(std::int64_t id) const;
 };
 
+// What runs on one host of a machine.
+struct HostConfig {
+  std::string name;
+  std::vector<std::string> buses;  // the drivers of these
+  bool bridge = false;
+  bool recorder = false;
+  bool mqtt = false;
+};
+
 struct MachineConfig {
   std::string file;
   std::string text;  // the file's content
@@ -107,6 +116,9 @@ struct MachineConfig {
   RecorderConfig recorder;
   WebConfig web;
   MqttConfig mqtt;
+  TimeConfig time;
+  std::vector<HostConfig> hosts;  // empty: everything runs on one host
+  bool runs_bridge = true;        // false only in a part of the machine: PartOn
 
   [[nodiscard]] const BusConfig* FindBus(std::string_view name) const;
   // The bus that holds the device, or null.

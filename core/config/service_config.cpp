@@ -290,4 +290,39 @@ MqttConfig LoadMqtt(ConfigMap map, const std::vector<std::string>& devices) {
   return mqtt;
 }
 
+bool IsHostName(std::string_view text) {
+  constexpr std::size_t kLongest = 40;  // TIME/<host> with a prefix is a channel's name of LCM
+  return !text.empty() && text.size() <= kLongest &&
+         std::all_of(text.begin(), text.end(), [](unsigned char character) {
+           return std::isalnum(character) != 0 || character == '-' || character == '_' || character == '.';
+         });
+}
+
+std::vector<ConfigFault> FaultsOf(const TimeConfig& time) {
+  std::vector<ConfigFault> faults;
+  in_addr v4{};
+  in6_addr v6{};
+  if (!IsHostName(time.root)) {
+    faults.push_back(
+        {"root", Quoted(time.root) + " is no name of a host: letters, digits, '-', '_' and '.', at most 40"});
+  }
+  if (inet_pton(AF_INET, time.address.c_str(), &v4) != 1 && inet_pton(AF_INET6, time.address.c_str(), &v6) != 1) {
+    faults.push_back(
+        {"address", Quoted(time.address) + " is no IP address of the root, e.g. 192.0.2.7 or fd00::7"});
+  }
+  return faults;
+}
+
+TimeConfig LoadTime(ConfigMap map) {
+  TimeConfig time;
+  time.root = map.String("root", "");
+  time.address = map.String("address", "");
+  time.port = static_cast<int>(map.Integer("port", time.port, 1, 65'535, "(UDP)"));
+  time.max_rate_ppm = static_cast<int>(map.Integer("max_rate_ppm", time.max_rate_ppm, 1, 1'000, "ppm"));
+  time.max_slew_ppm = static_cast<int>(map.Integer("max_slew_ppm", time.max_slew_ppm, 1, 100'000, "ppm"));
+  if (map.given()) AddErrors(FaultsOf(time), map);
+  map.Done();
+  return time;
+}
+
 }  // namespace axlecast

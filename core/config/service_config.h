@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/secret.h"
@@ -114,5 +115,23 @@ inline constexpr std::int64_t kMinQueueBytes = 256 << 10;
 
 // Reads `mqtt`: the broker that the machine's messages go to. `devices`: those of the machine.
 [[nodiscard]] MqttConfig LoadMqtt(ConfigMap map, const std::vector<std::string>& devices);
+
+// The time base of a machine on several hosts: docs/time.md.
+struct TimeConfig {
+  std::string root;        // the host whose clock is the base; empty: the machine has no time base
+  std::string address;     // IP address of the root
+  int port = 7670;         // UDP
+  int max_rate_ppm = 100;  // greatest difference of the rates of two hosts' CLOCK_MONOTONIC_RAW
+  int max_slew_ppm =
+      1'000;  // greatest difference of the rates of CLOCK_MONOTONIC and CLOCK_MONOTONIC_RAW of a host
+};
+
+[[nodiscard]] std::vector<ConfigFault> FaultsOf(const TimeConfig& time);
+
+// Reads `time`.
+[[nodiscard]] TimeConfig LoadTime(ConfigMap map);
+
+// Returns true if the text can be a host's name in `time: root:` and in the channel TIME/<host>.
+[[nodiscard]] bool IsHostName(std::string_view text);
 
 }  // namespace axlecast

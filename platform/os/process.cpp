@@ -9,6 +9,10 @@
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -73,6 +77,19 @@ Origin NewOrigin(std::string_view machine) {
           .machine_id = machine.empty() ? 0 : NameHash(machine),
           .clock_id = kClock.empty() ? 0 : NameHash(kClock),
           .machine = CappedText(machine, kNameBytes)};
+}
+
+bool IsVirtualMachine() {
+#if defined(__x86_64__)
+  unsigned eax = 0;
+  unsigned ebx = 0;
+  unsigned ecx = 0;
+  unsigned edx = 0;
+  constexpr unsigned kHypervisor = 1U << 31U;  // reserved by the makers of processors for hypervisors
+  return __get_cpuid(1, &eax, &ebx, &ecx, &edx) != 0 && (ecx & kHypervisor) != 0;
+#else
+  return false;
+#endif
 }
 
 std::array<std::uint8_t, 16> RandomId() {

@@ -23,6 +23,9 @@ namespace axlecast {
 // clock of this host: its boot, and the time namespace of the process.
 [[nodiscard]] Origin NewOrigin(std::string_view machine);
 
+// Returns true if this host is a virtual machine, which may be paused without a trace in its clocks. Known on x86-64 only.
+[[nodiscard]] bool IsVirtualMachine();
+
 // 128 random bits: the id of a command, or a token.
 [[nodiscard]] std::array<std::uint8_t, 16> RandomId();
 

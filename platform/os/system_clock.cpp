@@ -1,5 +1,7 @@
 #include "platform/os/system_clock.h"
 
+#include <sys/timex.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <ctime>
@@ -26,6 +28,29 @@ timespec ToTimespec(MonoNs duration) {
 MonoNs SystemClock::Now() const { return Read(CLOCK_MONOTONIC); }
 
 std::int64_t SystemClock::UtcMicroseconds() const { return Read(CLOCK_REALTIME) / kMicrosecond; }
+
+MonoNs RawNow() { return Read(CLOCK_MONOTONIC_RAW); }
+
+HostClocks ReadHostClocks() {
+  constexpr int kAttempts = 5;
+  HostClocks best;
+  for (int i = 0; i < kAttempts; ++i) {
+    HostClocks clocks;
+    clocks.raw_before = Read(CLOCK_MONOTONIC_RAW);
+    clocks.mono = Read(CLOCK_MONOTONIC);
+    clocks.boot = Read(CLOCK_BOOTTIME);
+    clocks.raw_after = Read(CLOCK_MONOTONIC_RAW);
+    const MonoNs width = clocks.raw_after - clocks.raw_before;
+    if (i == 0 || width < best.raw_after - best.raw_before) best = clocks;
+  }
+  return best;
+}
+
+KernelUtc ReadKernelUtc() {
+  timex state{};
+  if (adjtimex(&state) < 0) return {};
+  return {.tai_offset_s = state.tai, .leap_today = (state.status & (STA_INS | STA_DEL)) != 0};
+}
 
 int PollUntil(std::span<pollfd> files, MonoNs deadline, const Clock& clock) {
   while (true) {

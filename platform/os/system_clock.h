@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/base/time.h"
+#include "core/time/time_keeper.h"
 
 namespace axlecast {
 
@@ -14,6 +15,20 @@ class SystemClock final : public Clock {
   [[nodiscard]] MonoNs Now() const override;
   [[nodiscard]] std::int64_t UtcMicroseconds() const override;
 };
+
+// CLOCK_MONOTONIC_RAW, in ns.
+[[nodiscard]] MonoNs RawNow();
+
+// Returns the clocks of this host, read together: the narrowest of a few attempts, because a reading that the scheduler interrupts is
+// wide.
+[[nodiscard]] HostClocks ReadHostClocks();
+
+// What the kernel knows of UTC.
+struct KernelUtc {
+  int tai_offset_s = 0;     // TAI - UTC; 0: not known
+  bool leap_today = false;  // a leap second will be inserted or deleted
+};
+[[nodiscard]] KernelUtc ReadKernelUtc();
 
 // ppoll with a deadline of `clock` (kNever: for ever) that a signal does not end. After the deadline, it does not wait.
 [[nodiscard]] int PollUntil(std::span<pollfd> files, MonoNs deadline, const Clock& clock);

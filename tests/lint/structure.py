@@ -51,6 +51,7 @@ ROOMS = [
     ("core/device", ("core/base",)),
     ("core/messages", ("core/base", "core/device")),
     ("core/command", ("core/base", "core/device", "core/messages")),
+    ("core/time", ("core/base", "core/device", "core/messages")),
     ("core/config", ("core/base", "core/device", "core/messages", "core/command")),
     ("core/alarm", ("core/base", "core/device", "core/messages", "core/command", "core/config")),
     ("platform/os", ("core",)),

@@ -12,7 +12,7 @@ UNITS = {path.name: path.read_text() for path in FOLDER.glob("*.service")}
 ACCOUNTS = {"axlecast-bridge.service": "axlecast-bridge", "axlecast-driver@.service": "axlecast-drivers",
             "axlecast-mqtt.service": "axlecast-mqtt", "axlecast-multicast.service": "axlecast-multicast",
             "axlecast-record.service": "axlecast-record", "axlecast-simulate.service": "axlecast-drivers",
-            "axlecast-web.service": "axlecast-web"}
+            "axlecast-time.service": "axlecast-time", "axlecast-web.service": "axlecast-web"}
 OPERATORS = "axlecast"
 
 

@@ -52,6 +52,7 @@ inline Monitor BusyMachine() {
   motors.family = &kMonitors;
   motors.devices.emplace_back().name = "gm1";
   machine.recorder.logs.emplace_back().name = "events";
+  machine.time.root = "plc1";
   Monitor monitor{machine};
   const auto receive = [&monitor](const std::string& channel, const auto& message) {
     monitor.OnMessage(channel, Encoded(message), kBusyNow);
@@ -75,6 +76,9 @@ inline Monitor BusyMachine() {
   recorder.lost = 12;
   recorder.free_bytes = 1'000'000'000;
   receive("RECORDER/events", recorder);
+  time_quality_t quality{};
+  quality.half_width_ns = 312'000;
+  receive("TIME/plc1", quality);
   command_status_t status{};
   status.state = command_status_t::STATE_SUCCEEDED;
   status.is_final = 1;

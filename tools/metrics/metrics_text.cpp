@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <span>
@@ -409,6 +410,22 @@ void AddRecorders(Exposition& out, const Monitor& monitor, MonoNs now) {
   AddReported(out, "recorder", monitor.recorders(), kRecorderNumbers);
 }
 
+// Only of a machine whose file has a time base. MachineView bounds the number of hosts.
+void AddHosts(Exposition& out, const MachineView& machine, MonoNs now) {
+  if (machine.time_root().empty()) return;
+  out.Family("axlecast_time_claim", Type::kGauge, "1 while the host claims an interval of the time base; else 0.");
+  for (const HostView& host : machine.hosts()) out.Add({{"host", host.name}}, std::int64_t{host.Claims(now)});
+  out.Family("axlecast_time_half_width_seconds", Type::kGauge,
+             "Half width of the claimed interval; NaN without a claim.");
+  for (const HostView& host : machine.hosts()) {
+    const double half_width = static_cast<double>(host.quality.half_width_ns) * 1e-9;
+    out.Add({{"host", host.name}}, host.Claims(now) ? half_width : std::numeric_limits<double>::quiet_NaN());
+  }
+  out.Family("axlecast_time_epochs_total", Type::kCounter,
+             "Times that the clock of the host or its base broke since its service started.");
+  for (const HostView& host : machine.hosts()) out.Add({{"host", host.name}}, std::int64_t{host.quality.epoch});
+}
+
 void AddCommands(Exposition& out, const Monitor& monitor) {
   out.Family("axlecast_commands_total", Type::kCounter, "Commands whose outcome was received, by outcome.");
   for (const Outcome& outcome : kOutcomes) {
@@ -427,6 +444,7 @@ bool HasSeries(const Monitor& monitor, std::string_view channel) {
   const auto is_unlisted = [name](const auto& view) { return !view.listed && view.name == name; };
   if (channel.starts_with("BUS/") || channel.starts_with("BUS_TIMES/"))
     return std::ranges::none_of(monitor.machine().buses(), is_unlisted);
+  if (channel.starts_with("TIME/")) return false;  // of no host in the machine file but the root
   if (channel.starts_with("RECORDER/") || channel.starts_with("ALARM/recorder/"))
     return std::ranges::none_of(monitor.recorders(), is_unlisted);
   return std::ranges::none_of(monitor.machine().devices(), is_unlisted);
@@ -482,6 +500,7 @@ std::string MetricsText(const Monitor& monitor, MonoNs now, std::string_view ver
   out.Family("axlecast_bridge_up", Type::kGauge, "1 while a bridge serves: commands can be given; else 0.");
   out.Add({}, std::int64_t{monitor.machine().bridge().Fresh(now)});
   AddRecorders(out, monitor, now);
+  AddHosts(out, monitor.machine(), now);
   AddCommands(out, monitor);
   AddReception(out, monitor);
   return out.text();

@@ -11,7 +11,7 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
   };
   if (!port_.problem().empty()) {
     state_ = Failure(port_.problem());
-  } else if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS)/.*", handler)) {
+  } else if (!port_.Subscribe("(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|TIME)/.*", handler)) {
     state_ = Failure("cannot subscribe on " + machine.lcm.url);
   }
   view_.SetReceptionRemedy(port_.warning());

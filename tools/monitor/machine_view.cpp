@@ -117,6 +117,31 @@ void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
   }
 }
 
+// A host all of whose buses are silent.
+void AddSilentHosts(const MachineView& machine, MonoNs now, std::vector<std::string>& faults) {
+  for (const HostConfig& host : machine.placement()) {
+    const auto silent = [&](const std::string& name) {
+      const BusView* bus = Find(machine.buses(), name);
+      return bus == nullptr || !bus->State(now);
+    };
+    if (host.buses.empty() || !std::ranges::all_of(host.buses, silent)) continue;
+    faults.push_back("host " + host.name + ": nothing arrives from its buses (" + Listed(host.buses) +
+                     "): does `axlecast up` or axlecast.target run there?");
+  }
+}
+
+void AddHosts(const MachineView& machine, MonoNs now, std::vector<std::string>& faults) {
+  if (machine.time_root().empty()) return;
+  const HostView* root = Find(machine.hosts(), machine.time_root());
+  if (root == nullptr || !root->State(now)) {
+    faults.push_back("time base: the root " + machine.time_root() + " is silent: does `axlecast time` run there?");
+  }
+  for (const HostView& host : machine.hosts()) {
+    if (host.Claims(now) || (&host == root && !host.State(now))) continue;
+    faults.push_back("time base: host " + host.name + ": " + (host.State(now) ? host.quality.reason : "silent"));
+  }
+}
+
 }  // namespace
 
 bool AlarmView::On(alarm_t message, MonoNs now) {
@@ -177,6 +202,11 @@ bool DeviceView::Received() const {
   return info->state != device_info_t::STATE_ONLINE && info->state != device_info_t::STATE_DEGRADED;
 }
 
+std::optional<std::int8_t> HostView::State(MonoNs now) const {
+  if (now - at > kStaleAfter) return std::nullopt;
+  return quality.state;
+}
+
 const bus_health_t* BusView::FreshHealth(MonoNs now) const {
   return health && now - health_at <= kStaleAfter ? &*health : nullptr;
 }
@@ -193,7 +223,11 @@ std::string BusView::StateText(MonoNs now) const {
 }
 
 MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
-    : machine_(machine.machine), allows_unsigned_(machine.bridge.allow_unsigned), unlisted_(unlisted) {
+    : machine_(machine.machine),
+      allows_unsigned_(machine.bridge.allow_unsigned),
+      unlisted_(unlisted),
+      placement_(machine.hosts),
+      time_root_(machine.time.root) {
   for (const BusConfig& bus : machine.buses) {
     buses_.emplace_back().name = bus.name;
     for (const DeviceConfig& device : bus.devices) {
@@ -214,6 +248,7 @@ MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, Mo
   const std::string_view kind = channel.substr(0, slash);
   const std::string_view name = channel.substr(slash + 1);
   if (kind == "BUS" || kind == "BUS_TIMES") return OnBus(kind, name, message, now);
+  if (kind == "TIME") return OnHostTime(name, message, now);
   if (channel == "ALARM/bridge") {
     auto alarm = DecodeMessage<alarm_t>(message);
     if (!alarm) return {};
@@ -262,6 +297,23 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
   bus->health = std::move(health);
   bus->health_at = now;
   return {.kind = MonitorUpdate::Kind::kBus, .index = index, .changed = news};
+}
+
+MonitorUpdate MachineView::OnHostTime(std::string_view name, Bytes message, MonoNs now) {
+  auto quality = DecodeMessage<time_quality_t>(message);
+  if (!quality || !IsHostName(name)) return {};
+  HostView* host = Find(hosts_, name);
+  if (host == nullptr) {
+    if (hosts_.size() == kMaxHosts) return {};
+    host = &hosts_.emplace_back();
+    host->name = name;
+  }
+  const bool news = host->at == 0 || host->quality.state != quality->state || host->quality.epoch != quality->epoch;
+  host->quality = std::move(*quality);
+  host->at = now;
+  return {.kind = MonitorUpdate::Kind::kHostTime,
+          .index = static_cast<std::size_t>(host - hosts_.data()),
+          .changed = news};
 }
 
 MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now) {
@@ -333,7 +385,8 @@ bool MachineView::AllOnline(MonoNs now) const {
 }
 
 bool MachineView::AllReceived() const {
-  return std::ranges::all_of(devices_, [](const DeviceView& device) { return device.Received(); }) &&
+  return (time_root_.empty() || !hosts_.empty()) &&
+         std::ranges::all_of(devices_, [](const DeviceView& device) { return device.Received(); }) &&
          std::ranges::all_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
@@ -347,6 +400,7 @@ const DeviceView* MachineView::FindDevice(std::string_view name) const { return 
 
 std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
   std::vector<std::string> faults;
+  AddSilentHosts(machine, now, faults);
   for (const DeviceView& device : machine.devices()) {
     if (device.listed) AddDevice(device, now, faults);
   }
@@ -364,6 +418,7 @@ std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
       faults.push_back("mqtt: " + alarm.name + ": " + alarm.action);
     }
   }
+  AddHosts(machine, now, faults);
   return faults;
 }
 

@@ -8,6 +8,7 @@
 #include <axlecast/motor_health_t.hpp>
 #include <axlecast/motor_limits_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <axlecast/time_quality_t.hpp>
 #include <axlecast/trip_log_t.hpp>
 #include <cstddef>
 #include <cstdint>
@@ -117,6 +118,18 @@ struct BusView {
   [[nodiscard]] bool Up(MonoNs now) const { return State(now) == bus_health_t::STATE_UP; }
 };
 
+// What a host knows about the time base.
+struct HostView {
+  std::string name;
+  time_quality_t quality;  // the newest
+  MonoNs at = 0;           // receipt of `quality`
+
+  // Returns time_quality_t STATE_*; nothing if it is too old.
+  [[nodiscard]] std::optional<std::int8_t> State(MonoNs now) const;
+  // Returns true if the host claims an interval of the time base now.
+  [[nodiscard]] bool Claims(MonoNs now) const { return State(now) && quality.half_width_ns >= 0; }
+};
+
 // The part of the machine that a message has updated.
 struct MonitorUpdate {
   enum class Kind : std::uint8_t {
@@ -130,12 +143,13 @@ struct MonitorUpdate {
     kBus,
     kExchangeTimes,
     kBridgeAlarms,
+    kHostTime,
     kRecorder,  // this and the following: only from Monitor
     kRecorderAlarms,
     kCommand,
   };
   Kind kind = Kind::kNothing;
-  std::size_t index = 0;  // in devices(), buses() or recorders(); of a command in commands().newest()
+  std::size_t index = 0;  // in devices(), buses(), hosts() or recorders(); of a command in commands().newest()
   bool changed = false;   // a new state, alarm, trip or outcome
 };
 
@@ -149,6 +163,7 @@ class MachineView {
   static constexpr std::size_t kMaxUnlistedDevices = 256;  // without a machine file
   static constexpr std::size_t kMaxUnlistedBuses = 32;
   static constexpr std::size_t kMaxUnlisted = 16;  // of each, if a machine file lists devices
+  static constexpr std::size_t kMaxHosts = 32;
 
   explicit MachineView(const MachineConfig& machine, Unlisted unlisted = Unlisted::kIgnored);
 
@@ -166,6 +181,13 @@ class MachineView {
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
   [[nodiscard]] const AlarmView& bridge() const { return bridge_; }  // ALARM/bridge, published while it serves
   [[nodiscard]] const AlarmView& broker() const { return broker_; }  // ALARM/mqtt/<machine>
+  [[nodiscard]] const std::vector<HostConfig>& placement() const {
+    return placement_;
+  }  // `hosts` of the machine file
+  [[nodiscard]] const std::string& time_root() const {
+    return time_root_;
+  }  // of the machine file; empty: no time base
+  [[nodiscard]] const std::vector<HostView>& hosts() const { return hosts_; }  // that published TIME
   [[nodiscard]] std::size_t online(MonoNs now) const;
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
   [[nodiscard]] bool AllReceived() const;          // every device, and BUS of every bus
@@ -183,6 +205,7 @@ class MachineView {
   View* FindOrAdd(std::vector<View>& views, std::size_t listed, std::size_t maximum, std::string_view name);
   void FollowReading(DeviceView& device, MonoNs now);
   MonitorUpdate OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
+  MonitorUpdate OnHostTime(std::string_view name, Bytes message, MonoNs now);
   MonitorUpdate OnDevice(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
 
   std::string machine_;
@@ -192,6 +215,9 @@ class MachineView {
   std::size_t listed_buses_ = 0;
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
+  std::vector<HostConfig> placement_;
+  std::string time_root_;
+  std::vector<HostView> hosts_;
   AlarmView bridge_;
   std::int64_t turned_away_ = 0;
   ReceptionCounts reception_;
@@ -205,7 +231,8 @@ class MachineView {
 // and exit codes (docs/cli.md, "Good"):
 // - every listed device is ONLINE, and every listed bus is UP,
 // - the bridge reports no alarm of severity ERROR or worse,
-// - the connection to the MQTT broker reports no alarm.
+// - the connection to the MQTT broker reports no alarm,
+// - if the machine has a time base, its root and every other host that publishes TIME claim an interval.
 [[nodiscard]] std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now);
 
 }  // namespace axlecast

@@ -67,7 +67,7 @@ class Monitor {
  public:
   // The channels for OnMessage as LCM patterns, on the data port and on the command port.
   static constexpr const char* kDataChannels =
-      "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER)/.*";
+      "(POSITION|MOTOR|LIMITS|DEVICE|ALARM|BUS|BUS_TIMES|TRIP|RECORDER|TIME)/.*";
   static constexpr const char* kCommandChannels = "COMMAND_STATUS";
   static constexpr std::size_t kMaxRecorders = 16;             // in addition to those of the machine file
   static constexpr std::size_t kLargestMessage = kMaxMessage;  // bytes; axlecast sends no longer messages

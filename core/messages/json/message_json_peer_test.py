@@ -45,6 +45,11 @@ NAMES = {
     ("position_t", "unit"): ("unit_name", "position_t", "UNIT_"),
     ("position_t", "flags"): ("flag_names", "position_t", "FLAG_"),
     ("recorder_health_t", "state"): ("state_name", "recorder_health_t", "STATE_"),
+    ("time_quality_t", "base"): ("base_name", "time_quality_t", "BASE_"),
+    ("time_quality_t", "grade"): ("grade_name", "time_quality_t", "GRADE_"),
+    ("time_quality_t", "source"): ("source_name", "time_quality_t", "SOURCE_"),
+    ("time_quality_t", "state"): ("state_name", "time_quality_t", "STATE_"),
+    ("time_quality_t", "flags"): ("flag_names", "time_quality_t", "FLAG_"),
     ("trip_log_t", "factor_bits"): ("factor_names", "motor_health_t", "STATUS_"),
     ("wire_record_t", "direction"): ("direction_name", "wire_record_t", "DIRECTION_"),
     ("wire_record_t", "flags"): ("flag_names", "wire_record_t", "FLAG_"),
@@ -139,7 +144,7 @@ def expected(message, peer):
         if isinstance(value, float):
             return value if value - value == 0 else None
         if isinstance(value, int):
-            return f"{value & (1 << 64) - 1:016x}" if name in ("boot_id", "machine_id", "clock_id") or name.endswith("_boot_id") else value
+            return f"{value & (1 << 64) - 1:016x}" if name in ("boot_id", "machine_id", "clock_id", "base_id") or name.endswith("_boot_id") else value
         if isinstance(value, str):
             return value
         return expected(value, peer)

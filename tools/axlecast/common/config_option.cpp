@@ -88,9 +88,18 @@ Json ConfigKeysJson(const std::vector<ConfigKey>& keys) {
   return list;
 }
 
+void AddHostOption(CLI::App& command, std::string& host) {
+  command
+      .add_option("--host", host,
+                  "Name of this host in the machine's file (default: its host name up to the first dot)")
+      ->type_name("NAME");
+}
+
 std::vector<std::string> MachineUnits(const MachineConfig& machine) {
-  std::vector<std::string> units = {"axlecast-bridge.service"};
+  std::vector<std::string> units;
+  if (machine.runs_bridge) units.emplace_back("axlecast-bridge.service");
   if (!machine.recorder.logs.empty()) units.emplace_back("axlecast-record.service");
+  if (!machine.time.root.empty()) units.emplace_back("axlecast-time.service");
   if (std::any_of(machine.buses.begin(), machine.buses.end(), [](const BusConfig& bus) { return bus.simulate; })) {
     units.emplace_back("axlecast-simulate.service");
   }

@@ -48,14 +48,17 @@ void RunOnMachine(CLI::App& command, const std::shared_ptr<Options>& options, in
   });
 }
 
+// Adds --host NAME to `command`, for ThisHost.
+void AddHostOption(CLI::App& command, std::string& host);
+
 // Formats the keys that were read from a file, one per line: place, kind, range and default.
 [[nodiscard]] std::string ConfigKeysText(const std::vector<ConfigKey>& keys);
 // Returns the same as a list of objects: place, kind (null if only its presence matters), range, default (or null),
 // required.
 [[nodiscard]] nlohmann::ordered_json ConfigKeysJson(const std::vector<ConfigKey>& keys);
 
-// Returns the systemd units of `machine`: a driver per bus, the bridge, and the recorder and the simulators if they are
-// configured.
+// Returns the systemd units of `machine`: a driver per bus, the bridge, and the recorder, the time base and the simulators if
+// they are configured.
 [[nodiscard]] std::vector<std::string> MachineUnits(const MachineConfig& machine);
 
 // Returns the names of the machine's buses, or of its devices, in the order of the file.

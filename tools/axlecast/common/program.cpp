@@ -55,6 +55,11 @@ std::string HostName() {
   return gethostname(host.data(), host.size() - 1) == 0 ? host.data() : "";
 }
 
+std::string ThisHost(const std::string& given) {
+  const std::string name = HostName();
+  return given.empty() ? name.substr(0, name.find('.')) : given;
+}
+
 ProcessLog::ProcessLog(std::string path, std::int64_t limit) : path_(std::move(path)), limit_(limit) { Open(); }
 
 void ProcessLog::Open() {

@@ -29,6 +29,9 @@ namespace axlecast {
 // Returns the name of this host, or an empty text.
 [[nodiscard]] std::string HostName();
 
+// Returns the name of this host in the machine file: `given`, or if it is empty the host name up to the first dot.
+[[nodiscard]] std::string ThisHost(const std::string& given);
+
 // The log of one process: a file of at most kLimit bytes, and the previous file as <path>.1.
 class ProcessLog {
  public:

@@ -276,6 +276,31 @@ Json ReceptionJson(const ReceptionCounts& counts) {
           {"other_machines", std::move(machines)}};
 }
 
+// "cell2                    time      +-0.312 ms of plc1".
+std::string HostRow(const HostView& host, MonoNs now) {
+  const time_quality_t& quality = host.quality;
+  std::string claim = "no claim: " + Printable(quality.reason);
+  if (!host.State(now)) {
+    claim = "silent";
+  } else if (quality.source == time_quality_t::SOURCE_SELF && host.Claims(now)) {
+    claim = "root of the time base";
+  } else if (host.Claims(now)) {
+    claim =
+        "+-" + Decimal(static_cast<double>(quality.half_width_ns) * 1e-6, 3) + " ms of " + Printable(quality.root);
+  }
+  return Left(host.name, 24) + " time      " + claim + '\n';
+}
+
+Json TimeJson(const MachineView& machine, MonoNs now) {
+  Json json = {{"root", machine.time_root()}, {"hosts", Json::array()}};
+  for (const HostView& host : machine.hosts()) {
+    Json entry = {{"fresh", host.State(now).has_value()}, {"claims", host.Claims(now)}};
+    entry.update(ToJson(host.quality));
+    json["hosts"].push_back(std::move(entry));
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string StatusText(const MachineView& machine, MonoNs now) {
@@ -295,6 +320,7 @@ std::string StatusText(const MachineView& machine, MonoNs now) {
             (errors.empty() ? "" : "errors: " + errors) +
             (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
   }
+  for (const HostView& host : machine.hosts()) text += HostRow(host, now);
   text += BridgeRows(machine.bridge(), now);
   return text + EndText(machine, MachineFaults(machine, now), "good: every device ONLINE, every bus UP\n");
 }
@@ -325,6 +351,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
     if (bus.health) entry.update(ToJson(*bus.health));
     json["buses"].push_back(std::move(entry));
   }
+  if (!machine.time_root().empty() || !machine.hosts().empty()) json["time"] = TimeJson(machine, now);
   json["reception"] = ReceptionJson(machine.reception());
   json["bridge"] = {{"serves", machine.bridge().Fresh(now)}, {"alarms", AlarmsJson(machine.bridge().entries())}};
   return json;

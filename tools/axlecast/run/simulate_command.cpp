@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/config/hosts.h"
 #include "core/config/load.h"
 #include "platform/os/folder.h"
 #include "platform/os/system_clock.h"
 #include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/run/simulation_server.h"
 
@@ -24,6 +26,7 @@ using Json = nlohmann::ordered_json;
 
 struct SimulateOptions {
   ConfigOption config;
+  std::string host;
   std::vector<std::string> buses;
   std::vector<std::string> changes;
   std::string interface;
@@ -39,11 +42,14 @@ std::string Place(const MachineConfig& machine, const BusConfig& bus, const char
   return RunDirectory(machine.machine) + '/' + bus.name + suffix;
 }
 
-// Returns the named buses, or all simulated buses if `names` is empty. Fails if a named bus is not simulated.
-Result<Buses> SimulatedBuses(const MachineConfig& machine, const std::vector<std::string>& names) {
+// Returns the named buses, or all simulated buses of this host if no bus is named. Fails if a named bus is not simulated.
+Result<Buses> SimulatedBuses(const MachineConfig& machine, const SimulateOptions& options) {
+  const std::vector<std::string>& names = options.buses;
+  const std::string host = ThisHost(options.host);
   Buses buses;
   for (const BusConfig& bus : machine.buses) {
-    if (names.empty() && bus.simulate) buses.push_back(&bus);
+    const bool here = machine.hosts.empty() || HostOfBus(machine.hosts, bus.name)->name == host;
+    if (names.empty() && bus.simulate && here) buses.push_back(&bus);
   }
   for (const std::string& name : names) {
     const BusConfig* bus = machine.FindBus(name);
@@ -51,7 +57,10 @@ Result<Buses> SimulatedBuses(const MachineConfig& machine, const std::vector<std
     if (!bus->simulate) return Failure(machine.file + ": no `simulate: true` at bus '" + name + "'");
     buses.push_back(bus);
   }
-  if (buses.empty()) return Failure(machine.file + ": no bus has `simulate: true`");
+  if (buses.empty()) {
+    const std::string where = machine.hosts.empty() ? "" : " of host '" + host + "'";
+    return Failure(machine.file + ": no bus" + where + " has `simulate: true`");
+  }
   return buses;
 }
 
@@ -160,7 +169,7 @@ int ChangeAll(const MachineConfig& machine, const SimulateOptions& options) {
       return Fail(added.error().text, kExitUsage);
   }
   if (options.plug || options.unplug) {
-    const Result<Buses> buses = SimulatedBuses(machine, options.buses);
+    const Result<Buses> buses = SimulatedBuses(machine, options);
     if (!buses) return Fail(buses.error().text, kExitUsage);
     for (const BusConfig* bus : *buses) changes[bus]["plugged"] = options.plug;
   }
@@ -182,7 +191,7 @@ int Simulate(const MachineConfig& machine, const SimulateOptions& options) {
   const bool changing = !options.changes.empty() || options.plug || options.unplug;
   const int exit_code = changing ? ChangeAll(machine, options) : kExitDone;
   if (exit_code != kExitDone || (changing && !options.show)) return exit_code;
-  const Result<Buses> buses = SimulatedBuses(machine, options.buses);
+  const Result<Buses> buses = SimulatedBuses(machine, options);
   if (!buses) return Fail(buses.error().text, kExitUsage);
   if (options.show) return ShowBuses(machine, *buses, options.json);
   return RunSimulators(machine, *buses, options.interface);
@@ -195,6 +204,7 @@ void AddSimulateCommand(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("simulate", "Run the simulators of a machine's buses, or change running ones");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  AddHostOption(*command, options->host);
   command->add_option("--bus", options->buses, "Only this bus; repeat it for more; default all simulated buses")
       ->type_name("NAME")
       ->allow_extra_args(false);

@@ -14,6 +14,7 @@
 #include "core/base/result.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
+#include "core/config/hosts.h"
 #include "core/config/machine_config.h"
 #include "platform/net/multicast_port.h"
 #include "platform/os/folder.h"
@@ -50,14 +51,20 @@ Result<> CheckPrograms(const MachineConfig& machine) {
 // Runs a whole machine in the foreground: simulators, bridge and drivers, and shows the content of their messages.
 class MachineRun {
  public:
-  // `file`: the machine's file, for the processes. With `table`, shows a live table; otherwise prints a line to standard
+  // `part`: what runs on this host. `file`: the machine's file, for the processes. With `table`, shows a live table; otherwise prints a line to standard
   // error every 5 s, unless `quiet`.
-  MachineRun(const MachineConfig& machine, std::string file, bool table, bool quiet)
-      : machine_(machine), file_(std::move(file)), table_(table), quiet_(quiet) {}
+  MachineRun(const MachineConfig& machine, MachineConfig part, std::string host, std::string file, bool table,
+             bool quiet)
+      : machine_(machine),
+        part_(std::move(part)),
+        host_(std::move(host)),
+        file_(std::move(file)),
+        table_(table),
+        quiet_(quiet) {}
 
   // Checks the requirements before anything starts.
   [[nodiscard]] Result<> Prepare() {
-    if (Result<> complete = CheckPrograms(machine_); !complete) return complete;
+    if (Result<> complete = CheckPrograms(part_); !complete) return complete;
     for (const std::string& url : {machine_.lcm.url, machine_.lcm.command_url}) {
       if (const Result<> usable = CheckMulticast(url); !usable) {
         return Failure(usable.error().text + "\nor run in a separate network namespace: axlecast up --isolated " +
@@ -105,25 +112,29 @@ class MachineRun {
   void StartAll(ProcessSupervisor& supervisor, const StopSignal& stop, bool web) {
     using Role = ProcessSupervisor::Role;
     const std::string axlecast = ProgramFolder() + "/axlecast";
-    for (const BusConfig& bus : machine_.buses) {
+    for (const BusConfig& bus : part_.buses) {
       if (!bus.simulate) continue;
       supervisor.Start(Role::kSimulator, "simulator " + bus.name, {axlecast, "simulate", file_, "--bus", bus.name});
     }
     const auto ready = [this] {
-      return std::all_of(machine_.buses.begin(), machine_.buses.end(), [](const BusConfig& bus) {
+      return std::all_of(part_.buses.begin(), part_.buses.end(), [](const BusConfig& bus) {
         return !bus.simulate || access(bus.link.port.c_str(), R_OK | W_OK) == 0;
       });
     };
     const MonoNs give_up = clock_.Now() + kSimulatorTimeout;
     while (!ready() && clock_.Now() < give_up && !stop.Wait(10)) supervisor.Poll();
-    if (!machine_.recorder.logs.empty()) {
+    if (!part_.recorder.logs.empty()) {
       supervisor.Start(Role::kRecorder, "recorder", {axlecast, "record", "--config", file_, "--json"});
     }
-    if (!machine_.mqtt.host.empty()) {
+    if (!part_.mqtt.host.empty()) {
       supervisor.Start(Role::kRecorder, "mqtt", {axlecast, "mqtt", "--config", file_, "--json"});
     }
-    supervisor.Start(Role::kBridge, "bridge", {CompanionProgram("bridge"), "--config", file_});
-    for (const BusConfig& bus : machine_.buses) {
+    if (!part_.time.root.empty()) {
+      supervisor.Start(Role::kRecorder, "time", {axlecast, "time", "--config", file_, "--host", host_});
+    }
+    if (part_.runs_bridge)
+      supervisor.Start(Role::kBridge, "bridge", {CompanionProgram("bridge"), "--config", file_});
+    for (const BusConfig& bus : part_.buses) {
       supervisor.Start(Role::kDriver, "driver " + bus.name,
                        {DriverProgram(bus.family->name), "--config", file_, "--bus", bus.name});
     }
@@ -166,6 +177,8 @@ class MachineRun {
   }
 
   const MachineConfig& machine_;
+  MachineConfig part_;
+  std::string host_;
   std::string file_;
   bool table_;
   bool quiet_;
@@ -180,6 +193,7 @@ class MachineRun {
 
 struct UpOptions {
   ConfigOption config;
+  std::string host;
   double seconds = 0;
   bool isolated = false;
   bool no_table = false;
@@ -191,13 +205,16 @@ struct UpOptions {
 std::string Entry() { return ShellText(EntryArguments(getpid(), {LoginShell()})); }
 
 int Up(const MachineConfig& machine, const UpOptions& options) {
+  const std::string host = ThisHost(options.host);
+  Result<MachineConfig> part = PartOn(machine, host);
+  if (!part) return Fail(part.error().text, kExitBad);
   if (options.isolated) {
     if (const Result<> entered = EnterIsolation(); !entered) return Fail(entered.error().text, kExitBad);
     std::cerr << "isolated: a shell inside, in which every program reaches the machine (later: axlecast shell "
               << options.config.File() << "):\n  " << Entry() << '\n';
   }
   const bool table = !options.no_table && !options.json && Screen::Usable();
-  MachineRun run(machine, options.config.File(), table, options.json);
+  MachineRun run(machine, std::move(*part), host, options.config.File(), table, options.json);
   if (options.isolated) run.AddNote("isolated; a shell inside: " + Entry());
   if (options.web) {
     const std::string page =
@@ -234,13 +251,15 @@ int RunDriver(const MachineConfig& machine, const DriverOptions& options) {
 
 void AddUpCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<UpOptions>();
-  CLI::App* command = app.add_subcommand("up", "Run the whole machine: simulators, drivers, bridge, a live table");
+  CLI::App* command = app.add_subcommand(
+      "up", "Run the machine, or what belongs to this host: simulators, drivers, bridge, a live table");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command
       ->add_option("--seconds", options->seconds,
                    "End after this time with a summary; exit code 0 only after a good run")
       ->check(CLI::Range(0.1, 1e9))
       ->type_name("N");
+  AddHostOption(*command, options->host);
   command->add_flag("--isolated", options->isolated, "Run in a separate network namespace");
   command->add_flag("--no-table", options->no_table, "Print a line every 5 s instead of the live table");
   command->add_flag("--json", options->json, "Print the summary as one JSON object; no table");
@@ -250,7 +269,8 @@ void AddUpCommand(CLI::App& app, int& exit_code) {
       "  axlecast up config/demo.yaml                 live until Ctrl-C\n"
       "  axlecast up config/demo.yaml --web           with its page in the browser\n"
       "  axlecast up config/demo.yaml --seconds 10    no terminal needed\n"
-      "  axlecast up config/demo.yaml --isolated      where multicast is not usable");
+      "  axlecast up config/demo.yaml --isolated      where multicast is not usable\n"
+      "  axlecast up machine.yaml --host cell2        the part of host cell2 (hosts: in the file)");
   RunOnMachine<UpOptions>(*command, options, exit_code, &Up);
 }
 

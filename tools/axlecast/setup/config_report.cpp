@@ -10,11 +10,13 @@
 #include "core/base/text.h"
 #include "core/command/keys.h"
 #include "core/config/abbreviations.h"
+#include "core/config/hosts.h"
 #include "core/config/load.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/new_keys.h"
@@ -208,6 +210,18 @@ std::string MqttText(const MachineConfig& machine) {
          '/' + machine.machine + "/...\n";
 }
 
+std::string TimeText(const MachineConfig& machine) {
+  const TimeConfig& time = machine.time;
+  if (time.root.empty()) return "";
+  return "time base, root " + time.root + " at " + time.address + ", UDP port " + std::to_string(time.port) + '\n';
+}
+
+Json TimeJson(const MachineConfig& machine) {
+  const TimeConfig& time = machine.time;
+  if (time.root.empty()) return nullptr;
+  return {{"root", time.root}, {"address", time.address}, {"port", time.port}};
+}
+
 Json MqttJson(const MachineConfig& machine) {
   const MqttConfig& mqtt = machine.mqtt;
   if (mqtt.host.empty()) return nullptr;
@@ -293,7 +307,7 @@ std::string ConfigText(const MachineConfig& machine) {
                      machine.lcm.command_url + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Text("%.0f POSITION and MOTOR messages a second at most\n", MessageRate(machine));
-  return text + RecorderText(machine) + MqttText(machine) + KeysText(machine);
+  return text + RecorderText(machine) + MqttText(machine) + TimeText(machine) + KeysText(machine);
 }
 
 Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
@@ -311,6 +325,7 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
   json["recorder"] = RecorderJson(*machine);
   json["mqtt"] = MqttJson(*machine);
+  json["time"] = TimeJson(*machine);
   json["bridge"] = KeysJson(*machine);
   return json;
 }
@@ -363,6 +378,7 @@ namespace {
 
 struct CheckOptions {
   ConfigOption config;
+  std::string host;
   bool json = false;
   std::string list;
   bool keys = false;
@@ -396,6 +412,10 @@ int CheckConfig(const CheckOptions& options) {
   const bool good = machine && errors.empty();
   if (good && options.expand) {
     std::cout << YamlText(ExpandAbbreviations(ParseYaml(machine->text, errors), errors));
+  } else if (good && options.list == "units") {
+    const Result<MachineConfig> part = PartOn(*machine, ThisHost(options.host));
+    if (!part) return Fail(part.error().text, kExitBad);
+    std::cout << Names(*part, options.list);
   } else if (good && !options.list.empty()) {
     std::cout << Names(*machine, options.list);
   } else if (good && options.keys) {
@@ -426,6 +446,7 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
           ->add_option("--list", options->list,
                        "Only print these names, one per line; units: the systemd units of the machine")
           ->check(CLI::IsMember({"buses", "devices", "units"}));
+  AddHostOption(*command, options->host);
   command
       ->add_flag("--json", options->json,
                  "Print one JSON object: file, ok, errors, warnings, machine, buses, bridge")

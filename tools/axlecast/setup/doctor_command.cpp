@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "core/base/spelling.h"
+#include "core/config/hosts.h"
 #include "core/config/load.h"
 #include "core/messages/json/field.h"
 #include "tools/axlecast/common/config_option.h"
+#include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/doctor/check.h"
 #include "tools/doctor/host_facts.h"
@@ -21,6 +23,7 @@ namespace {
 
 struct DoctorOptions {
   ConfigOption config;
+  std::string host;
   std::vector<std::string> only;
   std::vector<std::string> skip;
   std::string root;
@@ -125,7 +128,9 @@ int Doctor(const DoctorOptions& options) {
       std::cerr << errors.Text();
       return kExitBad;
     }
-    machine = std::move(*loaded);
+    Result<MachineConfig> part = PartOn(*loaded, ThisHost(options.host));
+    if (!part) return Fail(part.error().text, kExitBad);
+    machine = std::move(*part);
   }
   std::vector<Diagnosis> diagnoses = Examine(options, machine);
   std::vector<std::string> applied;
@@ -145,6 +150,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "doctor", "Check this host for a machine; show each problem, its effect, and the line that fixes it");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
+  AddHostOption(*command, options->host);
   command->add_flag("--fix", options->fix, "Apply the safe fixes, each after a confirmation");
   command->add_flag("--yes", options->yes, "With --fix: do not ask");
   // Each takes one word, so that the machine's file can follow.
