@@ -12,6 +12,7 @@ namespace {
 
 std::vector<std::string> NamesOf(const std::vector<HostConfig>& hosts) {
   std::vector<std::string> names;
+  names.reserve(hosts.size());
   for (const HostConfig& host : hosts) names.push_back(host.name);
   return names;
 }

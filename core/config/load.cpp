@@ -47,6 +47,7 @@ class MachineLoader {
     auto buses = root.Maps("buses");
     if (buses.empty()) root.Error("buses", "is missing or empty: a machine needs at least one bus");
     std::vector<std::string> bus_names;
+    bus_names.reserve(buses.size());
     for (const auto& [name, map] : buses) bus_names.push_back(name);
     machine_.hosts = LoadHosts(root, bus_names);
     for (auto& [name, map] : buses) LoadBus(name, map);
