@@ -115,7 +115,8 @@ class PositionTracker {
     kTwoPublishers,  // as in Freshness
   };
 
-  // The position at an instant. It never rests on a reading older than the maximum age. Only where it converts to true do the numbers mean anything; else they are NaN.
+  // The position at an instant. It never rests on a reading older than the maximum age. Only where it converts to true do the
+  // numbers mean anything; else they are NaN.
   struct Position {
     Answer answer = Answer::kNoReading;
     double counts = std::numeric_limits<double>::quiet_NaN();  // absolute, after direction and datum

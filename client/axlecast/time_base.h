@@ -33,7 +33,7 @@ class TimeBase {
     std::int64_t ns = 0;
     std::int64_t half_width_ns = 0;
     std::int64_t base_id = 0;
-    std::uint64_t era = 0;  // instants of different eras are not comparable, although they have one base_id
+    std::uint64_t era = 0;  // of one host: instants of different eras are not comparable
 
     explicit operator bool() const { return answer == Answer::kKnown; }
   };

@@ -53,6 +53,12 @@ constexpr std::size_t kLongestHost = 253;     // of a name in DNS
 constexpr std::size_t kLongestClientId = 64;  // MQTT 3.1.1 asks brokers for 23 only; the usual ones take more
 constexpr double kMaxDeadband = 1e12;
 
+bool IsIpAddress(const std::string& text) {
+  in_addr v4{};
+  in6_addr v6{};
+  return inet_pton(AF_INET, text.c_str(), &v4) == 1 || inet_pton(AF_INET6, text.c_str(), &v6) == 1;
+}
+
 bool IsPlain(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < '\x7F'; });
 }
@@ -190,10 +196,7 @@ std::string WebUrl(const WebConfig& web, const std::string& host) {
 
 std::vector<ConfigFault> FaultsOf(const WebConfig& web) {
   std::vector<ConfigFault> faults;
-  in_addr v4{};
-  in6_addr v6{};
-  const bool numeric =
-      inet_pton(AF_INET, web.bind.c_str(), &v4) == 1 || inet_pton(AF_INET6, web.bind.c_str(), &v6) == 1;
+  const bool numeric = IsIpAddress(web.bind);
   if (!numeric) faults.push_back({"bind", Quoted(web.bind) + " is no address, e.g. 127.0.0.1, ::1 or 0.0.0.0"});
   if (web.certificate.empty() != web.key.empty()) {
     faults.push_back({web.key.empty() ? "tls_cert" : "tls_key",
@@ -300,13 +303,11 @@ bool IsHostName(std::string_view text) {
 
 std::vector<ConfigFault> FaultsOf(const TimeConfig& time) {
   std::vector<ConfigFault> faults;
-  in_addr v4{};
-  in6_addr v6{};
   if (!IsHostName(time.root)) {
     faults.push_back(
         {"root", Quoted(time.root) + " is no name of a host: letters, digits, '-', '_' and '.', at most 40"});
   }
-  if (inet_pton(AF_INET, time.address.c_str(), &v4) != 1 && inet_pton(AF_INET6, time.address.c_str(), &v6) != 1) {
+  if (!IsIpAddress(time.address)) {
     faults.push_back(
         {"address", Quoted(time.address) + " is no IP address of the root, e.g. 192.0.2.7 or fd00::7"});
   }

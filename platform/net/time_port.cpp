@@ -42,6 +42,12 @@ Result<SocketAddress> Parse(const std::string& address, int port) {
   return Failure("'" + address + "' is no IP address");
 }
 
+Result<Descriptor> OpenSocket(const SocketAddress& address) {
+  Descriptor socket(::socket(address.storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket.valid()) return Failure("cannot open a socket: " + Reason());
+  return socket;
+}
+
 std::string Place(const std::string& address, int port) { return address + ", UDP port " + std::to_string(port); }
 
 }  // namespace
@@ -49,9 +55,9 @@ std::string Place(const std::string& address, int port) { return address + ", UD
 Result<TimePort> TimePort::Listen(const std::string& address, int port) {
   const Result<SocketAddress> parsed = Parse(address, port);
   if (!parsed) return Failure(parsed.error());
-  Descriptor socket(::socket(parsed->storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!socket.valid()) return Failure("cannot open a socket: " + Reason());
-  if (bind(socket.get(), parsed->get(), parsed->length) == 0) return TimePort(std::move(socket));
+  Result<Descriptor> socket = OpenSocket(*parsed);
+  if (!socket) return Failure(socket.error());
+  if (bind(socket->get(), parsed->get(), parsed->length) == 0) return TimePort(std::move(*socket));
   const int error = errno;
   std::string text = "cannot receive time requests at " + Place(address, port) + ": " + Reason();
   if (error == EADDRNOTAVAIL)
@@ -64,12 +70,12 @@ Result<TimePort> TimePort::Listen(const std::string& address, int port) {
 Result<TimePort> TimePort::Connect(const std::string& address, int port) {
   const Result<SocketAddress> parsed = Parse(address, port);
   if (!parsed) return Failure(parsed.error());
-  Descriptor socket(::socket(parsed->storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!socket.valid()) return Failure("cannot open a socket: " + Reason());
-  if (connect(socket.get(), parsed->get(), parsed->length) != 0) {
+  Result<Descriptor> socket = OpenSocket(*parsed);
+  if (!socket) return Failure(socket.error());
+  if (connect(socket->get(), parsed->get(), parsed->length) != 0) {
     return Failure("cannot reach the root at " + Place(address, port) + ": " + Reason());
   }
-  return TimePort(std::move(socket));
+  return TimePort(std::move(*socket));
 }
 
 std::optional<TimePort::Received> TimePort::Receive() {
@@ -86,7 +92,6 @@ std::optional<TimePort::Received> TimePort::Receive() {
     }
     const auto packet = DecodedTimePacket(std::span(bytes).first(static_cast<std::size_t>(size)));
     if (packet) return Received{*packet, raw};
-    ++refused_;
   }
 }
 

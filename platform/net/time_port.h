@@ -29,13 +29,12 @@ class TimePort {
     TimePacket packet;
     MonoNs raw = 0;  // ns, CLOCK_MONOTONIC_RAW, not before it arrived
   };
-  // Returns the next time packet that waits; nothing if none does. Other datagrams are counted and dropped.
+  // Returns the next time packet that waits; nothing if none does. Other datagrams are dropped.
   [[nodiscard]] std::optional<Received> Receive();
   // Answers the packet received last: sets `answered` and sends. Fails if the network refuses it.
   [[nodiscard]] Result<> Answer(TimePacket packet);
   // Sends a request. Returns the instant before it left.
   [[nodiscard]] Result<MonoNs> Request(const TimePacket& packet);
-  [[nodiscard]] std::int64_t refused() const { return refused_; }
 
  private:
   explicit TimePort(Descriptor socket) : socket_(std::move(socket)) {}
@@ -43,7 +42,6 @@ class TimePort {
   Descriptor socket_;
   sockaddr_storage peer_{};  // of the packet received last
   socklen_t peer_length_ = 0;
-  std::int64_t refused_ = 0;
 };
 
 }  // namespace axlecast
