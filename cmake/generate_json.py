@@ -113,7 +113,7 @@ def find_names(types, constants):
 
 def is_id(member):
     return member.kind == "int64_t" and (
-        member.name in ("boot_id", "machine_id", "clock_id", "base_id") or member.name.endswith("_boot_id"))
+        member.name in ("boot_id", "machine_id", "clock_id") or member.name.endswith(("_boot_id", "base_id")))
 
 
 def value(member):

@@ -27,6 +27,7 @@ HostConfig LoadHost(const std::string& name, ConfigMap& map) {
   host.bridge = map.Bool("bridge", false);
   host.recorder = map.Bool("recorder", false);
   host.mqtt = map.Bool("mqtt", false);
+  host.sets = map.Bool("sets", false);
   map.Done();
   return host;
 }
@@ -71,6 +72,9 @@ void CheckHosts(ConfigMap& root, const MachineConfig& machine) {
         "hosts",
         "`mqtt` has a broker: exactly one host needs `mqtt: true`, because two would publish everything twice");
   }
+  if (CountOf(hosts, &HostConfig::sets) > 1) {
+    root.Error("hosts", "at most one host has `sets: true`, because two would publish every set twice");
+  }
   const std::vector<std::string> names = NamesOf(hosts);
   if (!machine.time.root.empty() && std::ranges::find(names, machine.time.root) == names.end()) {
     root.Error("hosts", "the root of `time`, " + Quoted(machine.time.root) + ", is not one of " + Listed(names));
@@ -103,6 +107,8 @@ Result<MachineConfig> PartOn(const MachineConfig& machine, std::string_view host
   part.runs_bridge = here->bridge;
   if (!here->recorder) part.recorder.logs.clear();
   if (!here->mqtt) part.mqtt.host.clear();
+  const bool named = CountOf(machine.hosts, &HostConfig::sets) > 0;
+  if (named ? !here->sets : !here->bridge) part.sets.clear();
   std::erase_if(part.buses, [&](const BusConfig& bus) { return HostOfBus(machine.hosts, bus.name)->name != host; });
   return part;
 }

@@ -20,7 +20,7 @@ void CheckHosts(ConfigMap& root, const MachineConfig& machine);
 // Returns the host of a bus; null if the file has no `hosts`.
 [[nodiscard]] const HostConfig* HostOfBus(const std::vector<HostConfig>& hosts, std::string_view bus);
 
-// Returns the part of the machine that runs on `host`: its buses; logs, broker and bridge only if they run there. Without `hosts` in the
+// Returns the part of the machine that runs on `host`: its buses; logs, broker, bridge and sets only if they run there. Without `hosts` in the
 // file, this is the whole machine. Fails if the file has `hosts` and does not name this one.
 [[nodiscard]] Result<MachineConfig> PartOn(const MachineConfig& machine, std::string_view host);
 

@@ -8,6 +8,7 @@
 #include "core/config/abbreviations.h"
 #include "core/config/hosts.h"
 #include "core/config/service_config.h"
+#include "core/config/sets.h"
 #include "core/config/yaml_text.h"
 #include "core/messages/lcm_url.h"
 
@@ -57,6 +58,11 @@ class MachineLoader {
     machine_.web = LoadWeb(root.Map("web"));
     machine_.mqtt = LoadMqtt(root.Map("mqtt"), DeviceNames());
     machine_.time = LoadTime(root.Map("time"));
+    if (only_bus_.empty()) {
+      machine_.sets = LoadSets(root, machine_);
+    } else {
+      static_cast<void>(root.Has("sets"));  // their axes are on other buses too
+    }
     CheckHosts(root, machine_);
     root.Done();
     return std::move(machine_);

@@ -97,6 +97,14 @@ struct BridgeConfig {
   [[nodiscard]] const KeyGrant* FindKey(std::int64_t id) const;
 };
 
+// Axes whose readings on one tick are published together as POSITION_SET/<name>: docs/ticks.md.
+struct SetConfig {
+  std::string name;
+  std::vector<std::string> axes;
+  MonoNs limit = 0;   // a wider hull of the sampling instants is not aligned
+  MonoNs period = 0;  // of the ticks with a set: that of the axes' POSITION messages
+};
+
 // What runs on one host of a machine.
 struct HostConfig {
   std::string name;
@@ -104,6 +112,7 @@ struct HostConfig {
   bool bridge = false;
   bool recorder = false;
   bool mqtt = false;
+  bool sets = false;
 };
 
 struct MachineConfig {
@@ -117,6 +126,7 @@ struct MachineConfig {
   WebConfig web;
   MqttConfig mqtt;
   TimeConfig time;
+  std::vector<SetConfig> sets;
   std::vector<HostConfig> hosts;  // empty: everything runs on one host
   bool runs_bridge = true;        // false only in a part of the machine: PartOn
 

@@ -123,7 +123,8 @@ struct TimeConfig {
   int port = 7670;         // UDP
   int max_rate_ppm = 100;  // greatest difference of the rates of two hosts' CLOCK_MONOTONIC_RAW
   int max_slew_ppm =
-      1'000;  // greatest difference of the rates of CLOCK_MONOTONIC and CLOCK_MONOTONIC_RAW of a host
+      1'000;             // greatest difference of the rates of CLOCK_MONOTONIC and CLOCK_MONOTONIC_RAW of a host
+  int ptp_bound_us = 0;  // greatest error of UNIX time that the operator grants PTP; 0: none is assumed
 };
 
 [[nodiscard]] std::vector<ConfigFault> FaultsOf(const TimeConfig& time);

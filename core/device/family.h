@@ -41,6 +41,7 @@ struct DeviceSettings {
   MonoNs wire_time = 0;           // shortest time of one live reading, with the pauses that the bus needs
   int exchanges = 1;              // of one live reading
   MonoNs reply_timeout = 0;       // of one exchange on a line where a reply may come late; 0: none can
+  MonoNs latch_after = 0;         // from the begin of a request to the middle of the interval in which it samples
   MonoNs own_period = 0;          // of readings that it sends by itself; 0: each is requested
   CanFilters can_filters;         // kCan: the frames that it needs
   SpiSettings spi;                // kSpi: clock and mode

@@ -75,6 +75,7 @@ struct Exchange {
 // comes later, when a node has acknowledged it.
 struct Send {
   CanFrame frame;
+  bool for_all = false;  // all devices of the bus that are read on request sample when it is on the wire: SYNC
 };
 
 // Transmit nothing until the line has been idle for `quiet`. Bytes in the meantime are reported as unexpected. Ends as

@@ -95,7 +95,7 @@ class NodeBus final : public Simulator {
 };
 
 // Devices of this model on a bus of simulated nodes, in virtual time.
-class BenchTest : public testing::Test, public LinkObserver {
+class BenchTest : public testing::Test, public BusObserver {
  protected:
   void OnLink(bool, std::string_view, MonoNs) override {}
 
@@ -104,7 +104,7 @@ class BenchTest : public testing::Test, public LinkObserver {
     nodes_ = std::make_unique<NodeBus>(config_, simulate);
     link_ = std::make_unique<SimulatorFrameLink>(clock_, *nodes_, config_.link.bitrate);
     BusSettings settings;
-    if (poll_hz > 0) settings.schedule.period = static_cast<MonoNs>(1e9 / poll_hz);
+    if (poll_hz > 0) settings.schedule.ticks.period = static_cast<MonoNs>(1e9 / poll_hz);
     bus_ = std::make_unique<Bus>(settings, *link_, clock_, *this, nullptr);
     outputs_ = std::vector<RecordingOutput>(devices.size());
     for (std::size_t i = 0; i < devices.size(); ++i) {

@@ -57,7 +57,8 @@ class Cia406Device final : public CommandDevice<Procedure> {
   [[nodiscard]] Step Next(const BusSlot& slot) const override {
     if (!link_up_) return {.action = Idle{kNever}, .priority = Priority::kLive};
     if (slot.now < hold_until_) return {.action = Listen{hold_until_}, .priority = Priority::kLive};
-    if (SyncIsDue(slot)) return {.action = Send{SyncFrame()}, .priority = Priority::kLive};
+    if (SyncIsDue(slot))
+      return {.action = Send{.frame = SyncFrame(), .for_all = true}, .priority = Priority::kLive};
     if (const auto urgent = interpreter_.UrgentFrame(slot.now)) {
       return {.action = Send{*urgent}, .priority = Priority::kCommand};
     }

@@ -102,6 +102,11 @@ MonoNs WireTime(const Cia406Settings& settings, const CanFrameTime& time) {
   return 2 * time.Longest(kSdoSize);
 }
 
+// SYNC has no data. From the end of the frame to the sampling, no document states a time.
+MonoNs LatchAfter(const Cia406Settings& settings, const CanFrameTime& time) {
+  return time.Longest(settings.mode == Mode::kSync ? 0 : kSdoSize);
+}
+
 CanFilters Filters(const Cia406Settings& settings) {
   CanFilters filters = {OnlyStandard(kSyncId), OnlyStandard(kEmergencyId + settings.node),
                         OnlyStandard(kSdoAnswerId + settings.node), OnlyStandard(kHeartbeatId + settings.node)};
@@ -145,6 +150,7 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   settings->nmt_start = device.Bool("nmt_start", true);
   ParseIdentity(device, *settings);
   settings->wire_time = WireTime(*settings, {bus.link.bitrate});
+  settings->latch_after = LatchAfter(*settings, {bus.link.bitrate});
   settings->own_period = settings->mode == Mode::kCyclic ? settings->period : 0;
   settings->can_filters = Filters(*settings);
   return settings;

@@ -50,6 +50,8 @@ TEST(Cia406Settings, TimesOnTheWire) {
   EXPECT_EQ(Parsed("node: 5, bits: 13").wire_time, 4 * 95 * kMicrosecond);
   EXPECT_EQ(Parsed("node: 5, bits: 13, transmission: sync", 100).wire_time, 4 * (55 + 95) * kMicrosecond);
   EXPECT_EQ(Parsed("node: 5, bits: 13, mode: sdo", 100).wire_time, 4 * 2 * 135 * kMicrosecond);
+  EXPECT_EQ(Parsed("node: 5, bits: 13, transmission: sync", 100).latch_after, 4 * 55 * kMicrosecond) << "SYNC";
+  EXPECT_EQ(Parsed("node: 5, bits: 13, mode: sdo", 100).latch_after, 4 * 135 * kMicrosecond) << "the request";
 }
 
 TEST(Cia406Settings, ASingleTurnEncoderHasNoTurns) { EXPECT_EQ(Parsed("node: 1, bits: 16").turns_range, 0); }

@@ -69,7 +69,7 @@ class WatchedFrames final : public FrameLink {
 };
 
 // A whole bus in virtual time: simulator, runtime's bus, and one device for each entry of `devices`.
-class SimulatedBus : LinkObserver, SecretSource {
+class SimulatedBus : BusObserver, SecretSource {
  public:
   explicit SimulatedBus(const std::string& devices, const std::string& simulate = "",
                         const std::string& keys = kSimulated, std::int64_t host_bitrate = 0)
@@ -81,7 +81,7 @@ class SimulatedBus : LinkObserver, SecretSource {
     EXPECT_TRUE(errors.empty()) << errors.Text();
     frames =
         std::make_unique<WatchedFrames>(clock, *simulator_, host_bitrate != 0 ? host_bitrate : config.link.bitrate);
-    LinkObserver& observer = *this;
+    BusObserver& observer = *this;
     bus_ = std::make_unique<Bus>(BusSettingsOf(config, nullptr), *frames, clock, observer, nullptr);
     for (const DeviceConfig& device : config.devices) {
       RecordingOutput& output = outputs[device.name];

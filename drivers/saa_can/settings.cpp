@@ -104,7 +104,8 @@ std::unique_ptr<DeviceSettings> ParseOwn(ConfigMap& device, const BusConfig& bus
   settings->own_period = settings->period;
   const CanFrameTime wire{bus.link.bitrate};
   settings->wire_time = wire.Longest(kSentSize) * (settings->mode == Mode::kSingle ? 2 : 1);
-  if (!bus.simulate) settings->wire = wire;  // a simulated one can be faster than any
+  settings->latch_after = wire.Longest(kSentSize);  // `80 NN`; how long it then takes is stated nowhere
+  if (!bus.simulate) settings->wire = wire;         // a simulated one can be faster than any
   settings->can_filters = FiltersOf(settings->node, OwnBus(bus).bench);
   settings->wire_bitrate = bus.link.bitrate;
   settings->iface = bus.simulate ? bus.name : bus.link.port;

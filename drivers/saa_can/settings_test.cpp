@@ -64,6 +64,7 @@ TEST(SaaCanSettings, TimesOnTheWire) {
   EXPECT_EQ(cyclic.wire.Shortest(8), 428 * kMicrosecond);
   const SaaCanSettings single = Own(LoadMachine(kReal, "a: {bits: 14, mode: single}").buses[0].devices[0]);
   EXPECT_EQ(single.wire_time, 1'080 * kMicrosecond);
+  EXPECT_EQ(single.latch_after, 540 * kMicrosecond) << "the request";
   EXPECT_EQ(single.own_period, 0);
   // A simulated wire can be faster than any.
   EXPECT_EQ(Own(LoadMachine(kSimulated, "a: {bits: 14}").buses[0].devices[0]).wire.Longest(8), 0);

@@ -107,7 +107,7 @@ class Watch final : public RecordingOutput {
 };
 
 // A bus of devices as a file describes it, their simulator, and the runtime's own bus between them.
-class Machine final : public LinkObserver {
+class Machine final : public BusObserver {
  public:
   // `devices`: "axis1: {bits: 16, ...}, axis2: ..."; `simulate` likewise.
   explicit Machine(const std::string& devices = "axis1: {bits: 16}", const std::string& simulate = "",
@@ -144,7 +144,7 @@ class Machine final : public LinkObserver {
     settings.late = config_.late;
     settings.schedule.pacing = config_.family_bus->pacing;
     settings.schedule.line = config_.link.line;
-    settings.schedule.period = 0;
+    settings.schedule.ticks.period = 0;
     devices_.clear();
     bus_ = std::make_unique<Bus>(settings, *port, clock, *this, nullptr);
     for (const DeviceConfig& device : config_.devices) {

@@ -85,6 +85,8 @@ std::unique_ptr<DeviceSettings> ParseSettings(ConfigMap& device, const BusConfig
   const LineFormat& line = bus.link.line;
   const std::size_t reply = 5 + 2 * static_cast<std::size_t>(settings->registers);
   settings->wire_time = line.WireTime(kReadCharacters + reply) + 2 * SilentInterval(line);
+  // Its reply begins after a silent interval at the earliest (Modbus over serial line 2.5.1.1).
+  settings->latch_after = line.WireTime(kReadCharacters) + SilentInterval(line) / 2;
   return settings;
 }
 

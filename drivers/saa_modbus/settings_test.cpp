@@ -43,6 +43,7 @@ TEST(SaaModbusSettings, KnowTheManualsDefaults) {
   EXPECT_EQ(settings.write_interval, 10 * kSecond);
   // 8 + 7 characters of 10 bits and twice 3.5 of silence at 19,200 Bd.
   EXPECT_NEAR(static_cast<double>(settings.wire_time), 22.0 * 10 / 19'200 * 1e9, 10);
+  EXPECT_NEAR(static_cast<double>(settings.latch_after), (8 + 3.5 / 2) * 10 / 19'200 * 1e9, 10);
 }
 
 // 5.1.7 (5) 1 and 2.

@@ -220,6 +220,8 @@ std::unique_ptr<DeviceSettings> ParseDevice(ConfigMap& device, const BusConfig& 
   const std::size_t characters = ReplySize(settings->format.bits) + (own.mode == Mode::kBus ? kRequestSize : 0);
   const MonoNs on_wire = bus.link.line.WireTime(characters);
   settings->wire_time = std::max(on_wire, own.refresh);
+  // The request, or the edge on CLK, triggers it. T3, in which it acquires and processes, has no figure in the manual.
+  settings->latch_after = bus.link.line.WireTime(own.mode == Mode::kBus ? kRequestSize : 0);
   if (own.mode == Mode::kTiming && on_wire > own.refresh) {
     device.Error("bits", "frames of " + std::to_string(characters) + " characters take " +
                              std::to_string(on_wire / kMicrosecond) +

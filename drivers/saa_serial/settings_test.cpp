@@ -85,6 +85,7 @@ TEST(SaaSettings, ParityCountsOnTheWire) {
     const MachineConfig machine = LoadMachine(
         "link: {port: /dev/ttyX, baud: 9600, parity: " + std::string(parity) + "}, mode: bus", kBusDevice);
     EXPECT_EQ(Own(machine.buses.at(0).devices.at(0)).wire_time, 8 * bits * kSecond / 9'600) << parity;
+    EXPECT_EQ(Own(machine.buses.at(0).devices.at(0)).latch_after, 3 * bits * kSecond / 9'600) << "the request";
   }
 }
 

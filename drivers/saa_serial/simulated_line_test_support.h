@@ -116,7 +116,7 @@ class SimulatedLine final : public ByteLink, public PulseLines {
 };
 
 // A whole bus: simulator, line, the runtime's Bus and one device for each entry of `devices`.
-class SimulatedBus : LinkObserver, SecretSource {
+class SimulatedBus : BusObserver, SecretSource {
  public:
   SimulatedBus(const std::string& keys, const std::string& devices, const std::string& simulate = "",
                MonoNs hold = 0, MonoNs late = 0)
@@ -128,12 +128,12 @@ class SimulatedBus : LinkObserver, SecretSource {
     EXPECT_TRUE(errors.empty()) << errors.Text();
     line = std::make_unique<SimulatedLine>(clock, *simulator_, hold);
     BusSettings settings;
-    if (config.poll_hz > 0) settings.schedule.period = static_cast<MonoNs>(1e9 / config.poll_hz);
+    if (config.poll_hz > 0) settings.schedule.ticks.period = static_cast<MonoNs>(1e9 / config.poll_hz);
     settings.schedule.line = config.link.line;
     settings.echo = config.link.echo;
     settings.late = late;
     settings.lines = line.get();
-    LinkObserver& observer = *this;
+    BusObserver& observer = *this;
     bus_ = std::make_unique<Bus>(settings, *line, clock, observer, nullptr);
     for (const DeviceConfig& device : config.devices) {
       RecordingOutput& output = outputs[device.name];

@@ -21,7 +21,7 @@ using testing::Contains;
 using testing::IsEmpty;
 using testing::Pair;
 
-class Indifferent final : public LinkObserver {
+class Indifferent final : public BusObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 
@@ -66,7 +66,7 @@ class SsiMachine {
  private:
   [[nodiscard]] BusSettings Settings() const {
     BusSettings settings;
-    settings.schedule.period = kMillisecond;
+    settings.schedule.ticks.period = kMillisecond;
     settings.schedule.pacing = config_.family_bus->pacing;
     return settings;
   }

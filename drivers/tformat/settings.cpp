@@ -150,6 +150,8 @@ std::unique_ptr<TFormatSettings> ParseSettings(ConfigMap& device, const LineForm
   }
   const MonoNs all = line.WireTime(1 + ReplySize(DataId::kAll)) + kReplyDelay;
   const MonoNs single = line.WireTime(1 + ReplySize(DataId::kSingleTurn)) + kReplyDelay;
+  // When it samples is stated nowhere: between the end of the request and the begin of the reply.
+  settings->latch_after = line.WireTime(1) + kReplyDelay / 2;
   settings->wire_time = (all + (settings->id3_every - 1) * single) / settings->id3_every;
   return settings;
 }

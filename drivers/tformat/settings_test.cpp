@@ -41,6 +41,7 @@ TEST(Settings, KnowTheTs5669) {
   EXPECT_EQ(settings.max_accel_rad_s2, 80'000);  // spec 4
   EXPECT_TRUE(settings.ccw_increases);           // spec 5.4.1
   EXPECT_EQ(settings.wire_time, 51 * kMicrosecond);
+  EXPECT_EQ(settings.latch_after, 5'500) << "the request of 4 us, and half of the 3 us to the reply";
   EXPECT_EQ(settings.noise_counts, 9);  // twice 4 LSB (spec 5.4.1), rounded up
   EXPECT_EQ(ZeroToleranceCounts(17), 127);
   EXPECT_GT(settings.timeout, 16 * kMillisecond);

@@ -20,7 +20,7 @@
 namespace axlecast::tsubaki_sc {
 namespace {
 
-class NoObserver final : public LinkObserver {
+class NoObserver final : public BusObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 

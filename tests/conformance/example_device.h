@@ -10,7 +10,7 @@
 
 namespace axlecast {
 
-class Indifferent final : public LinkObserver {
+class Indifferent final : public BusObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 

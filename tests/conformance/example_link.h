@@ -48,7 +48,7 @@ class ExampleLink {
   }
 
   // The bus on it, without devices.
-  [[nodiscard]] Bus MakeBus(const Clock& clock, LinkObserver& observer, WireLog* wire) {
+  [[nodiscard]] Bus MakeBus(const Clock& clock, BusObserver& observer, WireLog* wire) {
     DriverPorts ports;
     PlugInto(ports);
     const BusSettings settings = BusSettingsOf(bus_, ports.lines);

@@ -25,7 +25,7 @@ inline constexpr std::array<LateMix, 4> kLateMixes = {LateMix::kAlways, LateMix:
 // The devices of a bus on their simulators, in virtual time, with replies that come up to ten timeouts late, or frames of
 // a stream up to two fifths of late_us, and with quantities that change all the time. Every reading is compared with the truth: a shaft that turns at a
 // constant speed, a motor whose voltage grows step by step.
-class LateRun final : private LinkObserver {
+class LateRun final : private BusObserver {
  public:
   // `machine`, `bus` and `secrets` outlive it.
   LateRun(const MachineConfig& machine, const BusConfig& bus, SecretSource& secrets, LateMix mix);

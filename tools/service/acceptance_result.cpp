@@ -80,9 +80,10 @@ std::string FindingsText(const Findings& findings) {
   for (const FindingGroup& group : findings) {
     text += group.title + '\n';
     for (const AcceptanceResult& finding : group.findings) {
-      text += "  " + Padded(std::string(VerdictName(finding.verdict)), kVerdictWidth) +
+      text += std::string(2, ' ') + Padded(std::string(VerdictName(finding.verdict)), kVerdictWidth) +
               Padded(finding.what, kWhatWidth) + finding.value + '\n';
-      if (!finding.advice.empty()) text += std::string(2 + kVerdictWidth, ' ') + "-> " + finding.advice + '\n';
+      if (finding.advice.empty()) continue;
+      text.append(2 + kVerdictWidth, ' ').append("-> ").append(finding.advice).append(1, '\n');
     }
   }
   return text;

@@ -42,12 +42,18 @@ NAMES = {
     ("motor_health_t", "trip_factor"): ("trip_factor_names", "motor_health_t", "STATUS_"),
     ("position_block_t", "unit"): ("unit_name", "position_t", "UNIT_"),
     ("position_block_t", "flags"): ("flag_names", "position_t", "FLAG_"),
+    ("position_set_t", "state"): ("state_name", "position_set_t", "STATE_"),
+    ("position_set_axis_t", "state"): ("state_name", "position_set_axis_t", "STATE_"),
+    ("position_set_axis_t", "unit"): ("unit_name", "position_t", "UNIT_"),
+    ("position_set_axis_t", "flags"): ("flag_names", "position_t", "FLAG_"),
     ("position_t", "unit"): ("unit_name", "position_t", "UNIT_"),
     ("position_t", "flags"): ("flag_names", "position_t", "FLAG_"),
     ("recorder_health_t", "state"): ("state_name", "recorder_health_t", "STATE_"),
     ("time_quality_t", "base"): ("base_name", "time_quality_t", "BASE_"),
     ("time_quality_t", "grade"): ("grade_name", "time_quality_t", "GRADE_"),
     ("time_quality_t", "source"): ("source_name", "time_quality_t", "SOURCE_"),
+    ("time_quality_t", "utc_grade"): ("utc_grade_name", "time_quality_t", "GRADE_"),
+    ("time_quality_t", "utc_source"): ("utc_source_name", "time_quality_t", "SOURCE_"),
     ("time_quality_t", "state"): ("state_name", "time_quality_t", "STATE_"),
     ("time_quality_t", "flags"): ("flag_names", "time_quality_t", "FLAG_"),
     ("trip_log_t", "factor_bits"): ("factor_names", "motor_health_t", "STATUS_"),
@@ -144,7 +150,7 @@ def expected(message, peer):
         if isinstance(value, float):
             return value if value - value == 0 else None
         if isinstance(value, int):
-            return f"{value & (1 << 64) - 1:016x}" if name in ("boot_id", "machine_id", "clock_id", "base_id") or name.endswith("_boot_id") else value
+            return f"{value & (1 << 64) - 1:016x}" if name in ("boot_id", "machine_id", "clock_id") or name.endswith(("_boot_id", "base_id")) else value
         if isinstance(value, str):
             return value
         return expected(value, peer)

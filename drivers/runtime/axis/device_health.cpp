@@ -6,6 +6,7 @@
 
 #include "core/base/text.h"
 #include "core/command/commands.h"
+#include "core/config/ticks.h"
 
 namespace axlecast {
 namespace {
@@ -248,6 +249,12 @@ DeviceReport::DeviceReport(const BusConfig& bus, const DeviceConfig& device, con
   info_.unit = device.unit;
   info_.modulo = device.modulo;
   info_.poll_us = Microseconds(Period(bus.poll_hz));
+  if (IsReadOnTicks(bus, device)) {
+    const Ticks ticks = TicksOf(bus);
+    info_.tick_period_ns = ticks.period;
+    info_.tick_phase_ns = ticks.phase;
+    info_.tick_lead_ns = ticks.lead;
+  }
   info_.publish_us = Microseconds(publish);
   info_.max_age_us = Microseconds(MaxAge(PollPeriod(bus, device), publish));
   if (bus.family != nullptr) {

@@ -115,6 +115,8 @@ class DeviceReport {
   // Returns what identifies the device for an operator: "17", "17 SN0042"; empty: unknown.
   [[nodiscard]] std::string_view identity() const { return identity_; }
   void SetProductCode(std::string_view code);
+  // `base_id`: of the time base at present; 0: none, or the ticks are of CLOCK_MONOTONIC.
+  void SetTickBase(std::int64_t base_id) { info_.tick_base_id = base_id; }
   void CountNonVolatileWrite();
   [[nodiscard]] std::int64_t nv_writes() const { return info_.nv_writes; }
   // Increments with every change of the identity or the counts.

@@ -8,6 +8,7 @@
 
 #include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
+#include "core/config/ticks.h"
 
 namespace axlecast {
 namespace {
@@ -142,21 +143,30 @@ constexpr MonoNs kShown = 60 * kSecond;  // how long an alarm about a single eve
 
 }  // namespace
 
-PublishPace::PublishPace(double publish_hz, double poll_hz)
+PublishPace::PublishPace(double publish_hz, double poll_hz, std::int64_t ticks)
     : every_(poll_hz > 0 && publish_hz >= poll_hz),
+      ticks_(ticks),
       period_(publish_hz > 0 ? static_cast<MonoNs>(static_cast<double>(kSecond) / publish_hz) : kNever),
       due_(publish_hz > 0 ? 0 : kNever) {}
 
-bool PublishPace::Due(MonoNs at) {
+bool PublishPace::Due(MonoNs at, std::int64_t tick) {
   if (every_) return true;
+  if (ticks_ > 0 && tick >= 0) {
+    // After a reading of a due tick was missed, the next one is published. A number that is far below means another base.
+    const bool begins_again = due_tick_ - tick > ticks_;
+    if (tick < due_tick_ && !begins_again) return false;
+    due_tick_ = (tick / ticks_ + 1) * ticks_;
+    due_ = at + period_;
+    return true;
+  }
   if (at < due_) return false;
   due_ = at - due_ < period_ ? due_ + period_ : at + period_;
   return true;
 }
 
-bool PublishPace::Good(MonoNs at, std::int32_t flags, std::int32_t epoch) {
+bool PublishPace::Good(MonoNs at, std::int32_t flags, std::int32_t epoch, std::int64_t tick) {
   const std::int32_t state = flags & kStateFlags;
-  bool send = Due(at) || doubt_shown_ || !any_ || epoch != epoch_;
+  bool send = Due(at, tick) || doubt_shown_ || !any_ || epoch != epoch_;
   if (!send && state != state_ && at - extra_at_ >= kExtraPeriod) {
     extra_at_ = at;
     send = true;
@@ -225,7 +235,7 @@ PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device,
              (context.redecoded ? position_t::FLAG_REDECODED : 0)),
       channel_("POSITION/" + device.name),
       block_channel_("POSITION_BLOCK/" + device.name),
-      pace_(device.publish_hz, bus.poll_hz),
+      pace_(device.publish_hz, bus.poll_hz, TicksPerMessage(bus, device)),
       position_{} {
   context.origin.Set(position_);
   position_.counts_per_turn = device.settings->counts_per_turn;
@@ -237,6 +247,7 @@ PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device,
 }
 
 void PositionOutput::Miss() {
+  tick_ = kOffTick;
   ++position_.missed;
   gap_ = any_good_;
   if (block_) block_->Miss();
@@ -244,6 +255,7 @@ void PositionOutput::Miss() {
 
 void PositionOutput::Take(const Sample& sample, const AxisReading& reading) {
   const MonoNs at = sample.at.Middle();
+  position_.tick = std::exchange(tick_, kOffTick);
   if (sample.has_turns) position_.raw_turns = sample.turns;
   switch (reading.kind) {
     case AxisReading::Kind::kWithheld:
@@ -264,7 +276,7 @@ void PositionOutput::Take(const Sample& sample, const AxisReading& reading) {
   gap_to_send_ = gap_to_send_ || after_gap;
   const std::int32_t flags = reading.flags | flags_;
   if (block_) AddToBlock(sample, reading, flags | (after_gap ? position_t::FLAG_AFTER_GAP : 0));
-  if (!pace_.Good(at, flags, axis_.reference().epoch())) return;
+  if (!pace_.Good(at, flags, axis_.reference().epoch(), position_.tick)) return;
   SendPosition(sample, reading, flags | (std::exchange(gap_to_send_, false) ? position_t::FLAG_AFTER_GAP : 0));
 }
 
@@ -359,6 +371,8 @@ void DevicePublisher::UpdateTimedAlarms() {
 void DevicePublisher::PublishDue() {
   UpdateAlarms();
   if (device_timer_.Due(health_.revision() + report_.revision() + axis_revision_, now_)) {
+    const auto claim = context_.base == nullptr ? std::nullopt : context_.base->At(now_);
+    report_.SetTickBase(claim ? claim->base_id : 0);
     Publish(*context_.sink, device_channel_, report_.Write(health_, axis_.reference(), *context_.time, now_));
   }
   if (alarm_timer_.Due(alarms_.revision(), now_)) {

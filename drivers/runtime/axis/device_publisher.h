@@ -20,6 +20,7 @@
 #include "core/device/reading.h"
 #include "core/messages/message.h"
 #include "core/messages/origin.h"
+#include "core/time/base_claim.h"
 #include "drivers/runtime/axis/axis.h"
 #include "drivers/runtime/axis/device_health.h"
 
@@ -31,7 +32,8 @@ struct DevicePublisherContext {
   const Timebase* time = nullptr;
   MessageSink* sink = nullptr;
   std::function<void(const std::string& device, const CommandId& id, const Outcome& outcome)> on_outcome;
-  bool redecoded = false;  // readings come from a WIRE recording
+  bool redecoded = false;            // readings come from a WIRE recording
+  const BaseClaims* base = nullptr;  // about the time base of the machine; null: ticks are of CLOCK_MONOTONIC
 };
 
 // Publishes the readings of a motor monitor: MOTOR/<device> at most at the publish rate, TRIP/<device> for each trip, and
@@ -69,17 +71,19 @@ class MotorOutput {
 
 // Selects the readings that become POSITION messages.
 //
-// Good readings: at most publish_hz; on average exactly publish_hz if readings come faster. In addition, at once: the
+// Good readings: at most publish_hz; on average exactly publish_hz if readings come faster. If publish_hz is the rate of every n-th tick,
+// the readings of the ticks that are multiples of n, so that all devices with this rate publish the same ticks. In addition, at once: the
 // first good reading after a published doubtful one, a new datum epoch, and a change of state (the flags of
 // kStateFlags), the last at most every 10 ms.
 // Doubtful readings: the first of a row at once, but at most every 10 ms; then at 10 Hz until a good one comes. A line
 // on which every other reading fails therefore cannot flood the network.
 class PublishPace {
  public:
-  // poll_hz 0: as fast as the bus allows. publish_hz 0: only what is published at once.
-  PublishPace(double publish_hz, double poll_hz);
+  // poll_hz 0: as fast as the bus allows. publish_hz 0: only what is published at once. `ticks`: TicksPerMessage of the device.
+  PublishPace(double publish_hz, double poll_hz, std::int64_t ticks = 0);
 
-  [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch);
+  // `tick`: -1 if the reading is on none.
+  [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch, std::int64_t tick = -1);
   [[nodiscard]] bool Doubtful(MonoNs at);
 
   static constexpr std::int32_t kStateFlags = std::int32_t{position_t::FLAG_VALID} | position_t::FLAG_TURNS_VALID |
@@ -90,9 +94,11 @@ class PublishPace {
   static constexpr MonoNs kDoubtPeriod = 100 * kMillisecond;
 
  private:
-  [[nodiscard]] bool Due(MonoNs at);
+  [[nodiscard]] bool Due(MonoNs at, std::int64_t tick);
 
-  bool every_;  // every reading may be published
+  bool every_;          // every reading may be published
+  std::int64_t ticks_;  // from one message to the next; 0: ticks do not matter
+  std::int64_t due_tick_ = 0;
   MonoNs period_;
   MonoNs due_ = 0;
   bool any_ = false;
@@ -142,6 +148,8 @@ class PositionOutput {
 
   // `reading` is the result of Axis::Take(sample).
   void Take(const Sample& sample, const AxisReading& reading);
+  // Sets the number of the tick on which the next reading is requested.
+  void OnTick(std::int64_t tick) { tick_ = tick; }
   // Counts a failed reading.
   void Miss();
   // Marks a gap: the link is down. No reading fails meanwhile.
@@ -157,6 +165,8 @@ class PositionOutput {
   void AddToBlock(const Sample& sample, const AxisReading& reading, std::int32_t flags);
   void SendBlock();
 
+  static constexpr std::int64_t kOffTick = -1;
+
   const Axis& axis_;
   const Timebase& time_;
   MessageSink& sink_;
@@ -166,6 +176,7 @@ class PositionOutput {
   PublishPace pace_;
   position_t position_;
   std::optional<Block> block_;
+  std::int64_t tick_ = kOffTick;  // of the reading that was requested last, until it arrives
   bool any_good_ = false;
   bool gap_ = false;          // readings were missed since the last good one
   bool gap_to_send_ = false;  // and no message has reported it
@@ -209,6 +220,8 @@ class DevicePublisher final : public DeviceOutput {
 
   // Sets the state of the link. While the link is down, the device is OFFLINE for `reason`.
   void OnLink(bool up, std::string_view reason, MonoNs now);
+  // Sets the number of the tick on which the next reading is requested; -1: it is not known.
+  void OnTick(std::int64_t tick) { output_.OnTick(tick); }
   // Publishes what is due: DEVICE and ALARM on change and at 1 Hz, and a block after 100 ms. Call at least every 100 ms.
   void Tick(MonoNs now);
   // Reports that UNIX time was stepped: the next messages have the flag CLOCK_STEPPED.

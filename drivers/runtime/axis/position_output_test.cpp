@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <axlecast/position_t.hpp>
 #include <random>
+#include <vector>
 
 #include "drivers/runtime/axis/device_publisher.h"
 
@@ -32,6 +33,28 @@ TEST(PublishPace, JitterCostsNothing) {
   EXPECT_NEAR(SentInOneSecond(decimated, kWire, 30 * kMicrosecond), 1'000, 2);
   PublishPace every(1'000, 1'000);
   EXPECT_EQ(SentInOneSecond(every, kMillisecond, 400 * kMicrosecond), 1'000);
+}
+
+TEST(PublishPace, TheTicksThatAreMultiplesArePublished) {
+  PublishPace pace(100, 1'000, 10);
+  std::vector<std::int64_t> sent;
+  for (std::int64_t tick = 3; tick < 60; ++tick) {
+    if (tick == 20) continue;  // this reading failed
+    if (pace.Good(tick * kMillisecond, kGood, 0, tick)) sent.push_back(tick);
+  }
+  EXPECT_EQ(sent, (std::vector<std::int64_t>{3, 10, 21, 30, 40, 50})) << "the first reading, and then the multiples of 10";
+}
+
+TEST(PublishPace, AnotherBaseOfTheTicksStopsNothing) {
+  PublishPace pace(100, 1'000, 10);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0, 1'000'000));
+  EXPECT_FALSE(pace.Good(kSecond + 1 * kMillisecond, kGood, 0, 1'000'001));
+  EXPECT_TRUE(pace.Good(kSecond + 2 * kMillisecond, kGood, 0, 44));
+  EXPECT_FALSE(pace.Good(kSecond + 3 * kMillisecond, kGood, 0, 45));
+  EXPECT_TRUE(pace.Good(kSecond + 8 * kMillisecond, kGood, 0, 50));
+  int sent = 0;
+  for (int ms = 9; ms < 109; ++ms) sent += pace.Good(kSecond + ms * kMillisecond, kGood, 0) ? 1 : 0;
+  EXPECT_NEAR(sent, 10, 1) << "without numbers";
 }
 
 TEST(PublishPace, ADoubtfulReadingGoesOnceAndThenAtTenHertz) {

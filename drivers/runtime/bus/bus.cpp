@@ -12,7 +12,7 @@ constexpr int kReadsBeforeTransmitting = 4;
 }  // namespace
 
 Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> transactor, const Clock& clock,
-         LinkObserver& observer, WireLog* wire)
+         BusObserver& observer, WireLog* wire)
     : settings_(settings),
       link_(link),
       clock_(clock),
@@ -23,12 +23,12 @@ Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> tr
       schedule_(settings.schedule, guard_.get()),
       reopen_pause_(settings.reopen_first) {}
 
-Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, BusObserver& observer, WireLog* wire)
     : Bus(settings, link,
           std::make_unique<SerialTransactor>(link, clock, settings.echo, settings.lines, settings.wire), clock,
           observer, wire) {}
 
-Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire)
+Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, BusObserver& observer, WireLog* wire)
     : Bus(settings, link, std::make_unique<CanTransactor>(link, clock), clock, observer, wire) {}
 
 MonoNs Bus::RunOnce(MonoNs by) {
@@ -45,13 +45,19 @@ MonoNs Bus::RunOnce(MonoNs by) {
   return CarryOut(choice, now, by);
 }
 
+void Bus::Start(const Schedule::Choice& choice, MonoNs now) {
+  const std::int64_t tick = schedule_.Started(now);
+  if (choice.live) {
+    const auto* send = std::get_if<Send>(&choice.step.action);
+    observer_.OnSlot(send != nullptr && send->for_all ? BusObserver::kAllDevices : choice.device, tick);
+  }
+  schedule_.device(choice.device).OnStarted(choice.step, now);
+}
+
 MonoNs Bus::CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by) {
   const bool waits =
       std::holds_alternative<Idle>(choice.step.action) || std::holds_alternative<Listen>(choice.step.action);
-  if (!waits) {
-    schedule_.Started(now);
-    schedule_.device(choice.device).OnStarted(choice.step, now);
-  }
+  if (!waits) Start(choice, now);
   return Deliver(transactor_->Run(choice.step, by), choice.device, now);
 }
 
@@ -64,8 +70,7 @@ MonoNs Bus::Transmit(const Schedule::Choice& choice, MonoNs now) {
     const MonoNs after = Deliver(stray, choice.device, now);
     if (lost || !regardless) return after;
   }
-  schedule_.Started(now);
-  schedule_.device(choice.device).OnStarted(choice.step, now);
+  Start(choice, now);
   const Event* event = transactor_->Run(choice.step, now);
   guard_->Ended(std::get<Exchange>(choice.step.action), choice.device, *event);
   if (event->kind != Event::Kind::kLinkDown) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -16,10 +17,14 @@
 
 namespace axlecast {
 
-// Receives changes of the link state.
-class LinkObserver {
+// Receives changes of the link state, and the ticks of requests.
+class BusObserver {
  public:
-  virtual ~LinkObserver() = default;
+  virtual ~BusObserver() = default;
+  // A reading is about to be requested in its slot. `device`: in the order of Add; kAllDevices for a frame that all answer. `tick`: the number
+  // of its tick; kNoTick if it is not known.
+  virtual void OnSlot(std::size_t /*device*/, std::int64_t /*tick*/) {}
+  static constexpr std::size_t kAllDevices = SIZE_MAX;
   // `reason`: why the link is down, and what to do. Called again when the reason changes.
   virtual void OnLink(bool up, std::string_view reason, MonoNs now) = 0;
 };
@@ -40,8 +45,8 @@ struct BusSettings {
 class Bus {
  public:
   // `wire` may be null: then nothing is recorded.
-  Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
-  Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, LinkObserver& observer, WireLog* wire);
+  Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, BusObserver& observer, WireLog* wire);
+  Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, BusObserver& observer, WireLog* wire);
 
   void Add(Device& device) {
     schedule_.Add(device);
@@ -70,7 +75,7 @@ class Bus {
 
  private:
   Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> transactor, const Clock& clock,
-      LinkObserver& observer, WireLog* wire);
+      BusObserver& observer, WireLog* wire);
 
   MonoNs Reopen(MonoNs by);
   void Down(const Event& event);
@@ -80,6 +85,7 @@ class Bus {
   // Returns the errors since start.
   [[nodiscard]] Link::LineErrors LineErrors() const;
   MonoNs Transmit(const Schedule::Choice& choice, MonoNs now);
+  void Start(const Schedule::Choice& choice, MonoNs now);
   MonoNs CarryOut(const Schedule::Choice& choice, MonoNs now, MonoNs by);
   MonoNs Deliver(const Event* event, std::size_t device, MonoNs now);
   void DeliverToAll(const Event& event);
@@ -87,7 +93,7 @@ class Bus {
   BusSettings settings_;
   Link& link_;
   const Clock& clock_;
-  LinkObserver& observer_;
+  BusObserver& observer_;
   WireLog* wire_;
   std::unique_ptr<Transactor> transactor_;
   std::unique_ptr<StaleReplyGuard> guard_;  // used by the schedule

@@ -37,7 +37,7 @@ BusConfig Config(std::vector<MonoNs> wire_times) {
   return config;
 }
 
-class Nobody final : public LinkObserver {
+class Nobody final : public BusObserver {
  public:
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
@@ -66,7 +66,7 @@ class BusHealthTest : public ::testing::Test {
   Nobody observer_;
   RecordingOutput output_;
   PolledDevice device_{1, output_};
-  Bus bus_{{.schedule = {.period = kMillisecond}}, link_, clock_, observer_, nullptr};
+  Bus bus_{{.schedule = {.ticks = {.period = kMillisecond}}}, link_, clock_, observer_, nullptr};
   BusHealth health_{Config({51 * kMicrosecond}), Origin{.boot_id = 42}, time_, sink_};
   DeviceTally tally_;
 };

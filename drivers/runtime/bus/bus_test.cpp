@@ -18,15 +18,18 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::Pair;
 
 constexpr MonoNs kStart = 1'000 * kSecond;
 
-class LinkLog final : public LinkObserver {
+class LinkLog final : public BusObserver {
  public:
   void OnLink(bool up, std::string_view reason, MonoNs) override {
     lines.push_back(up ? "up" : "down: " + std::string(reason));
   }
+  void OnSlot(std::size_t device, std::int64_t tick) override { slots.emplace_back(device, tick); }
   std::vector<std::string> lines;
+  std::vector<std::pair<std::size_t, std::int64_t>> slots;
 };
 
 class BusTest : public ::testing::Test {
@@ -43,7 +46,7 @@ class BusTest : public ::testing::Test {
   }
   [[nodiscard]] static BusSettings Every(MonoNs period) {
     BusSettings settings;
-    settings.schedule.period = period;
+    settings.schedule.ticks.period = period;
     return settings;
   }
 
@@ -67,6 +70,13 @@ TEST_F(BusTest, ReadsInAbsoluteSlots) {
   EXPECT_EQ(bus_->late(), 0);
   EXPECT_EQ(bus_->counters().exchanges, 100);
   EXPECT_EQ(bus_->stats().Percentile(0.5), 100 * kMicrosecond);
+}
+
+TEST_F(BusTest, NamesTheTickOfEachRequestInASlot) {
+  Make(2, Every(kMillisecond));
+  RunUntil(kStart + 2 * kMillisecond);
+  const std::int64_t first = kStart / kMillisecond;
+  EXPECT_THAT(observer_.slots, ElementsAre(Pair(0, first), Pair(1, first), Pair(0, first + 1), Pair(1, first + 1)));
 }
 
 TEST_F(BusTest, WithoutPeriodReadsAsFastAsTheBusAllows) {
@@ -251,7 +261,7 @@ constexpr LineFormat kLine = {.baud = 115'200, .parity = Parity::kEven, .stop_bi
 constexpr MonoNs kRequest = 2 * INT64_C(11'000'000'000) / 115'200;  // two characters of 11 bits
 constexpr MonoNs kGap = 3 * kMillisecond;
 
-class Indifferent final : public LinkObserver {
+class Indifferent final : public BusObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 
@@ -399,7 +409,7 @@ class StreamingDevice final : public Device {
   PeriodMonitor cadence_{kPeriod, 3};
 };
 
-class Nobody final : public LinkObserver {
+class Nobody final : public BusObserver {
  public:
   void OnLink(bool, std::string_view, MonoNs) override {}
 };

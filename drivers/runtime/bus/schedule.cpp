@@ -4,30 +4,6 @@
 
 namespace axlecast {
 
-void SlotClock::Start(MonoNs now) {
-  excused_until_ = 0;
-  if (period_ <= 0) {
-    next_ = now;
-    return;
-  }
-  MonoNs into_slot = (now - phase_) % period_;
-  if (into_slot < 0) into_slot += period_;
-  next_ = into_slot == 0 ? now : now - into_slot + period_;
-}
-
-void SlotClock::Take(MonoNs now) {
-  if (period_ <= 0) return;
-  if (now - next_ >= period_) {
-    const std::int64_t missed = (now - next_) / period_;
-    const MonoNs unwanted = std::min(excused_until_, now) - next_;
-    const std::int64_t excused = unwanted > 0 ? (unwanted + period_ - 1) / period_ : 0;
-    late_ += std::max<std::int64_t>(0, missed - excused);
-    next_ += missed * period_;
-  }
-  next_ += period_;
-  excused_until_ = 0;
-}
-
 namespace {
 
 constexpr std::size_t kRegardlessRank = 0;
@@ -58,7 +34,7 @@ bool IsCommand(std::size_t rank) { return IsStop(rank) || rank == kCommandRank; 
 }  // namespace
 
 void Schedule::Add(Device& device) {
-  entries_.push_back({.device = &device, .slots = SlotClock(settings_.period, settings_.phase)});
+  entries_.push_back({.device = &device, .slots = SlotClock(settings_.ticks, settings_.base)});
   answering_ = entries_.size();
 }
 
@@ -176,15 +152,15 @@ void Schedule::AskAgain(Entry& entry, const Step& step, MonoNs now, bool poll_du
   choice_.until = std::min(choice_.until, until);
 }
 
-void Schedule::Started(MonoNs now) {
+std::int64_t Schedule::Started(MonoNs now) {
   ++slots_;
   entries_[choice_.device].asked[rank_] = slots_;
   if (IsCommand(rank_)) {
     for (Entry& entry : entries_) ++entry.commands;
   }
-  if (!choice_.live) return;
-  entries_[choice_.device].slots.Take(now);
+  if (!choice_.live) return kNoTick;
   entries_[choice_.device].commands = 0;
+  return entries_[choice_.device].slots.Take(now);
 }
 
 void Schedule::Ended(std::size_t device, const Event& event, MonoNs now) {

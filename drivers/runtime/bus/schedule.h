@@ -8,39 +8,13 @@
 #include "core/base/time.h"
 #include "core/device/device.h"
 #include "core/device/line_settings.h"
+#include "drivers/runtime/bus/slot_clock.h"
 
 namespace axlecast {
 
-// Absolute slots on CLOCK_MONOTONIC: phase + k x period, at the same times on every bus with the same settings. A missed
-// slot is counted as late and skipped, so that slots never come in bursts. Period 0: always due.
-class SlotClock {
- public:
-  SlotClock(MonoNs period, MonoNs phase) : period_(period), phase_(phase) {}
-
-  // Begins with the first slot at or after `now`; earlier ones do not count as late.
-  void Start(MonoNs now);
-
-  [[nodiscard]] bool Due(MonoNs now) const { return now >= next_; }
-  [[nodiscard]] MonoNs next() const { return next_; }
-
-  // Uses the slot that began last before `now`. Earlier unused slots were missed.
-  void Take(MonoNs now);
-  // Slots before `until` may pass unused: the device does not need them.
-  void Excuse(MonoNs until) { excused_until_ = until; }
-
-  [[nodiscard]] std::int64_t late() const { return late_; }
-
- private:
-  MonoNs period_;
-  MonoNs phase_;
-  MonoNs next_ = 0;  // start of the next slot; with period 0 in the past
-  MonoNs excused_until_ = 0;
-  std::int64_t late_ = 0;
-};
-
 struct ScheduleSettings {
-  MonoNs period = 0;  // of each device's live slots; 0: as fast as the bus allows
-  MonoNs phase = 0;
+  Ticks ticks;                       // of each device's live slots; without ticks, as fast as the bus allows
+  const BaseClaims* base = nullptr;  // the time base of the machine: see SlotClock
   // One bus slot in this many is reserved for trip and slow items.
   std::int64_t reserve_every = 128;
   // A device that has not answered with a single byte for `silent_after` exchanges gets its next live slot after a
@@ -82,8 +56,9 @@ class Schedule {
   // Returns the next step. Valid until the next call. Has no effect until Started is called.
   [[nodiscard]] const Choice& Choose(MonoNs now);
 
-  // Reports that the chosen step is about to be executed.
-  void Started(MonoNs now);
+  // Reports that the chosen step is about to be executed. Returns the number of the tick for which it was chosen; kNoTick if it uses
+  // no live slot, or the number is not known.
+  std::int64_t Started(MonoNs now);
   // Reports how the exchange of a device ended. A broadcast, which is not answered, is an exchange too.
   void Ended(std::size_t device, const Event& event, MonoNs now);
 

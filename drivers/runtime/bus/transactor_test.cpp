@@ -143,7 +143,7 @@ class Node final : public Device {
   MonoNs deadline_ = 0;
 };
 
-class Nobody final : public LinkObserver {
+class Nobody final : public BusObserver {
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
 

@@ -175,7 +175,7 @@ TEST_F(WireLogTest, TheReaderCountsStrangeRecords) {
   EXPECT_EQ(reader_.unreadable(), 3);
 }
 
-class Nobody final : public LinkObserver {
+class Nobody final : public BusObserver {
  public:
   void OnLink(bool, std::string_view, MonoNs) override {}
 };
@@ -213,7 +213,7 @@ TEST_F(WireLogTest, ARecordedRunDecodedAgainGivesTheSameReadings) {
   Nobody nobody;
   RecordingOutput live;
   PolledDevice device(1, live);
-  Bus bus({.schedule = {.period = 400 * kMicrosecond}}, link, clock, nobody, &log_);
+  Bus bus({.schedule = {.ticks = {.period = 400 * kMicrosecond}}}, link, clock, nobody, &log_);
   bus.Add(device);
   while (clock.Now() < kStart + 3 * kSecond) bus.RunOnce(kStart + 3 * kSecond);
   log_.Flush();

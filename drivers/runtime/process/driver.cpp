@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <axlecast/driver_status_t.hpp>
 #include <cassert>
-#include <cmath>
 #include <utility>
 
 #include "core/alarm/alarm_codes.h"
 #include "core/base/secret.h"
+#include "core/config/ticks.h"
 #include "core/messages/message.h"
 #include "drivers/hal/can_socket.h"
 #include "drivers/hal/modbus_port.h"
@@ -102,10 +102,10 @@ WireLog::Kind WireKindOf(const BusConfig& config) {
   return {};
 }
 
-BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines) {
+BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines, const BaseClaims* base) {
   BusSettings settings;
-  if (config.poll_hz > 0) settings.schedule.period = std::llround(static_cast<double>(kSecond) / config.poll_hz);
-  settings.schedule.phase = config.phase;
+  settings.schedule.ticks = TicksOf(config);
+  settings.schedule.base = base;
   if (config.devices.size() > 1) {
     settings.schedule.pause_max_shared = 2 * kSecond;
     settings.schedule.pause_costs = kPauseCosts;
@@ -175,6 +175,7 @@ bool Differs(const driver_device_t& sent, const DevicePublisher::Summary& now) {
 Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin& origin, DriverPorts ports)
     : config_(config),
       ports_(std::move(ports)),
+      base_clock_(origin.clock_id),
       duplicates_(origin.boot_id, *ports_.clock),
       command_server_(config, bridge,
                       {.origin = origin,
@@ -195,9 +196,9 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin
       .origin = origin,
       .time = &time_,
       .sink = ports_.data,
-      .on_outcome = [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
-        operations_.OnOutcome(device, id, outcome);
-      }};
+      .on_outcome = [this](const std::string& device, const CommandId& id,
+                           const Outcome& outcome) { operations_.OnOutcome(device, id, outcome); },
+      .base = Base()};
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device};
     unit.channel = std::make_unique<DevicePublisher>(config, device, context);
@@ -211,7 +212,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin
 }
 
 Bus Driver::MakeBus() {
-  const BusSettings settings = BusSettingsOf(config_, ports_.lines);
+  const BusSettings settings = BusSettingsOf(config_, ports_.lines, Base());
   if (ports_.frames != nullptr) return {settings, *ports_.frames, *ports_.clock, *this, wire_.get()};
   return {settings, *ports_.link, *ports_.clock, *this, wire_.get()};
 }
@@ -377,6 +378,13 @@ void Driver::ReportHealth() {
   health_.Publish(now_, bus_, tallies_, can_watch_ ? can_watch_->health() : CanHealth());
 }
 
+void Driver::OnSlot(std::size_t device, std::int64_t tick) {
+  if (device != kAllDevices) return units_[device].channel->OnTick(tick);
+  for (Unit& unit : units_) {
+    if (IsReadOnTicks(config_, *unit.config)) unit.channel->OnTick(tick);
+  }
+}
+
 void Driver::OnLink(bool up, std::string_view reason, MonoNs now) {
   line_held_ = !up && reason.ends_with(kLineHeld) ? std::string(reason) : "";
   if (!line_held_.empty()) {
@@ -406,6 +414,8 @@ CommandThread::CommandThread(LcmPort& port, const BusConfig& config, Driver& dri
   [[maybe_unused]] bool subscribed = port_.Subscribe(
       "DRIVER_COMMAND/" + config.name,
       [&driver](const std::string&, Bytes message) { driver.command_server().OnDriverCommand(message); });
+  subscribed &= port_.Subscribe(
+      "DRIVER_TIME/.*", [&driver](const std::string&, Bytes message) { driver.base_clock().OnTime(message); });
   subscribed &= port_.Subscribe("DRIVER_STATUS/" + config.name, [&driver](const std::string&, Bytes message) {
     driver.duplicates().OnDriverStatus(message);
   });

@@ -17,6 +17,7 @@
 #include "core/device/line_settings.h"
 #include "core/device/link.h"
 #include "core/messages/origin.h"
+#include "core/time/base_clock.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/bus.h"
 #include "drivers/runtime/bus/bus_health.h"
@@ -39,7 +40,8 @@ struct Ports {
 
 // Returns the settings of a configured bus. On a bus with several devices, a silent device is paused for longer while
 // others answer, because its timeouts take slots from them. While no device answers, each is polled at least every 100 ms.
-[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines);
+[[nodiscard]] BusSettings BusSettingsOf(const BusConfig& config, PulseLines* lines,
+                                        const BaseClaims* base = nullptr);
 // Returns the kind of bus for its recording.
 [[nodiscard]] WireLog::Kind WireKindOf(const BusConfig& config);
 // Returns true if the driver of this bus handles passwords.
@@ -95,14 +97,15 @@ struct DriverPorts {
   const Clock* clock = nullptr;
   MessageSink* data = nullptr;
   MessageSink* commands = nullptr;
+  bool has_time_base = false;       // the machine has one: its ticks are those of the bus
   const SigningKey* key = nullptr;  // signs statuses for the bridge; null: they are unsigned
   Log log;
   std::function<std::vector<std::string>()> link_warnings;  // warnings of the last Open; may be empty
 };
 
 // Runs one bus: its devices, their publishers, and the commands of the bridge. Used by the bus's thread only, except
-// command_server() and duplicates(), which the command thread calls.
-class Driver final : private LinkObserver {
+// command_server(), duplicates() and base_clock(), which the command thread calls.
+class Driver final : private BusObserver {
  public:
   static constexpr MonoNs kTick = 100 * kMillisecond;
   static constexpr int kTicksPerHello = 10;
@@ -126,6 +129,8 @@ class Driver final : private LinkObserver {
   static constexpr MonoNs kLineHeldFor = 2 * kSecond;
   [[nodiscard]] std::string LineTaken() const;
   [[nodiscard]] DuplicateDriverDetector& duplicates() { return duplicates_; }
+  // Any thread. Receives the claims of this host about the time base.
+  [[nodiscard]] BaseClock& base_clock() { return base_clock_; }
 
  private:
   struct Unit {
@@ -137,6 +142,7 @@ class Driver final : private LinkObserver {
     MonoNs late_until = 0;                    // end of the alarm
   };
 
+  void OnSlot(std::size_t device, std::int64_t tick) override;
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
   // Not inlined, so that RunOnce can wipe what it leaves on the stack.
   [[gnu::noinline]] void RunStep();
@@ -155,10 +161,13 @@ class Driver final : private LinkObserver {
   [[nodiscard]] bool SummaryChanged() const;
   [[nodiscard]] Bus MakeBus();
   [[nodiscard]] Link& link() const;
+  // Returns the claims about the base of this bus's ticks; null if the base is CLOCK_MONOTONIC of this host.
+  [[nodiscard]] const BaseClaims* Base() const { return ports_.has_time_base ? &base_clock_ : nullptr; }
 
   const BusConfig& config_;
   const DriverPorts ports_;
   Timebase time_;
+  BaseClock base_clock_;
   DuplicateDriverDetector duplicates_;
   DriverCommandServer command_server_;
   UnauthorizedCommandCounter unauthorized_;

@@ -108,6 +108,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
                  .clock = &clock,
                  .data = &data,
                  .commands = interposed_port ? interposed_port.get() : &commands,
+                 .has_time_base = !machine.time.root.empty(),
                  .key = key ? &*key : nullptr,
                  .log = [&log](LogLevel level, std::string_view text) { log->log(LevelOf(level), "{}", text); },
                  .link_warnings = ports.warnings});

@@ -6,6 +6,7 @@
 #include <axlecast/driver_status_t.hpp>
 #include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <axlecast/time_quality_t.hpp>
 #include <axlecast/wire_t.hpp>
 #include <memory>
 #include <string>
@@ -24,11 +25,13 @@ namespace axlecast {
 namespace {
 
 using ::testing::Contains;
+using ::testing::Ge;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr std::int64_t kBoot = 42;
+constexpr std::int64_t kClock = 43;
 constexpr MonoNs kStart = 1'000 * kSecond;
 const std::string kStatusChannel = "DRIVER_STATUS/rs485-0";
 
@@ -36,12 +39,13 @@ class DriverTest : public ::testing::Test {
  protected:
   void Make() {
     driver_ = std::make_unique<Driver>(
-        bus_, bridge_, Origin{.boot_id = kBoot},
+        bus_, bridge_, Origin{.boot_id = kBoot, .clock_id = kClock},
         DriverPorts{.link = &link_,
                     .secrets = &secrets_,
                     .clock = &clock_,
                     .data = &data_,
                     .commands = &commands_,
+                    .has_time_base = has_time_base_,
                     .log = [this](LogLevel, std::string_view text) { log_.emplace_back(text); },
                     .link_warnings = {}});
   }
@@ -83,6 +87,7 @@ class DriverTest : public ::testing::Test {
   std::vector<std::string> log_;
   BusConfig bus_ = PolledBus(1);
   BridgeConfig bridge_ = UnsignedBridge();
+  bool has_time_base_ = false;
   std::unique_ptr<Driver> driver_;
 };
 
@@ -133,6 +138,49 @@ TEST_F(DriverTest, PhaseAndPeriodOfTheSlotsAreConfigured) {
   ASSERT_THAT(link_.write_times(), SizeIs(100));
   EXPECT_EQ(link_.write_times().front(), kStart + 3 * kMillisecond);
   EXPECT_EQ(link_.write_times().back(), kStart + 993 * kMillisecond);
+}
+
+TEST_F(DriverTest, EachPositionHasTheNumberOfItsTick) {
+  bus_.poll_hz = 100;
+  bus_.phase = 3 * kMillisecond;
+  bus_.devices[0].publish_hz = 50;
+  Make();
+  RunUntil(kSecond);
+  const auto positions = data_.All<position_t>("POSITION/axis1");
+  ASSERT_THAT(positions, SizeIs(Ge(49U)));
+  for (std::size_t i = 1; i < positions.size(); ++i) {
+    EXPECT_EQ(positions[i].tick % 2, 0);
+    EXPECT_EQ(positions[i].tick, (positions[i].mono_ns - bus_.phase) / (10 * kMillisecond));
+  }
+  const device_info_t info = LastInfo();
+  EXPECT_EQ(info.tick_period_ns, 10 * kMillisecond);
+  EXPECT_EQ(info.tick_phase_ns, 3 * kMillisecond);
+  EXPECT_EQ(info.tick_base_id, 0);
+}
+
+TEST_F(DriverTest, TicksAreThoseOfTheTimeBaseWhileItIsKnown) {
+  constexpr MonoNs kAhead = 7'000 * kSecond;
+  has_time_base_ = true;
+  bus_.poll_hz = 100;
+  Make();
+  RunUntil(kSecond);
+  EXPECT_EQ(data_.All<position_t>("POSITION/axis1").back().tick, -1);
+  time_quality_t quality{};
+  quality.clock_id = kClock;
+  quality.mono_ns = clock_.Now();
+  quality.base_id = 5;
+  quality.base_ns = clock_.Now() + kAhead;
+  quality.half_width_ns = 100;
+  quality.valid_ms = 1'000;
+  quality.grade = time_quality_t::GRADE_PROVEN;
+  driver_->base_clock().OnTime(Encoded(quality));
+  RunUntil(1'900 * kMillisecond);
+  const position_t last = data_.All<position_t>("POSITION/axis1").back();
+  EXPECT_EQ(last.tick, (last.mono_ns + kAhead) / (10 * kMillisecond));
+  EXPECT_EQ(LastInfo().tick_base_id, 5);
+  RunUntil(3'500 * kMillisecond);
+  EXPECT_EQ(data_.All<position_t>("POSITION/axis1").back().tick, -1) << "the claim is too old";
+  EXPECT_EQ(LastInfo().tick_base_id, 0);
 }
 
 TEST_F(DriverTest, AnOrderIsAcknowledgedAtOnceAndCarriedOutAtTheBusesNextTurn) {

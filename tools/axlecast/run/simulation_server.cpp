@@ -346,15 +346,17 @@ Json SimulationServer::Change(Bus& bus, const Json& question) {
 }
 
 Json SimulationServer::Show(const Bus& bus) const {
+  const MonoNs now = clock_.Now();
   Json devices = Json::object();
   for (const std::string& device : bus.place.devices) {
     Json& quantities = devices[device] = Json::object();
-    for (const auto& [name, value] : bus.simulator->State(device, clock_.Now())) quantities[name] = Value(value);
+    for (const auto& [name, value] : bus.simulator->State(device, now)) quantities[name] = Value(value);
   }
   return {{"bus", bus.place.bus},
           {"port", bus.place.interface.empty() ? bus.place.port : bus.place.interface},
           {"plugged", bus.plugged},
           {"host", bus.port->HasHost()},
+          {"mono_ns", now},
           {"devices", devices}};
 }
 

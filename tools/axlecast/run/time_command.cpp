@@ -53,13 +53,16 @@ class TimeService {
         host_(std::move(host)),
         origin_(NewOrigin(machine.machine)),
         messages_(machine.lcm.url, machine.lcm.prefix, machine.machine),
+        to_drivers_(machine.lcm.command_url, machine.lcm.prefix, machine.machine),
         keeper_({.max_rate_ppb = machine.time.max_rate_ppm * 1'000LL,
                  .max_slew_ppb = machine.time.max_slew_ppm * 1'000LL},
                 IsRoot() ? BaseId() : 0),
         virtual_machine_(IsVirtualMachine()) {}
 
   [[nodiscard]] Result<> Open() {
-    if (!messages_.problem().empty()) return Failure(messages_.problem());
+    for (const LcmPort* port : {&messages_, &to_drivers_}) {
+      if (!port->problem().empty()) return Failure(port->problem());
+    }
     if (origin_.clock_id == 0)
       return Failure("cannot read /proc/sys/kernel/random/boot_id, which identifies the clock of this host");
     Result<TimePort> port =
@@ -137,6 +140,7 @@ class TimeService {
     message.tai_offset_s = utc.tai_offset_s;
     message.flags = (utc.leap_today ? Q::FLAG_LEAP_TODAY : 0) | (virtual_machine_ ? Q::FLAG_VIRTUAL_MACHINE : 0);
     static_cast<void>(axlecast::Publish(messages_, "TIME/" + host_, message));
+    static_cast<void>(axlecast::Publish(to_drivers_, "DRIVER_TIME/" + host_, message));
     supervision.Progress(clock_.Now());
     if (reported_ && reported_->state == message.state && reported_->epoch == message.epoch &&
         reported_->reason == message.reason)
@@ -151,6 +155,8 @@ class TimeService {
   SystemClock clock_;
   Origin origin_;
   LcmPort messages_;
+  LcmPort
+      to_drivers_;  // the command port: drivers receive the claims of their host there, without the positions of the machine
   std::optional<TimePort> port_;
   TimeKeeper keeper_;
   const bool virtual_machine_;
