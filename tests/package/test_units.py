@@ -12,7 +12,8 @@ UNITS = {path.name: path.read_text() for path in FOLDER.glob("*.service")}
 ACCOUNTS = {"axlecast-bridge.service": "axlecast-bridge", "axlecast-driver@.service": "axlecast-drivers",
             "axlecast-mqtt.service": "axlecast-mqtt", "axlecast-multicast.service": "axlecast-multicast",
             "axlecast-record.service": "axlecast-record", "axlecast-simulate.service": "axlecast-drivers",
-            "axlecast-time.service": "axlecast-time", "axlecast-web.service": "axlecast-web"}
+            "axlecast-sets.service": "axlecast-sets", "axlecast-time.service": "axlecast-time",
+            "axlecast-web.service": "axlecast-web"}
 OPERATORS = "axlecast"
 
 

@@ -27,8 +27,8 @@ int RunCommandLine(int argc, char** argv) {
          &AddUpCommand, &AddWatchCommand, &AddStatusCommand, &AddInfoCommand, &AddAlarmCommands, &AddDoCommands,
              &AddHomeCommand, &AddOffsetCommand, &AddPermitCommand, &AddMotorCommand, &AddTripsCommand,
              &AddParamCommand, &AddDatumCommands, &AddBackupCommands, &AddReplaceCommand, &AddHistoryCommand,
-             &AddHwtestCommand, &AddReportCommand, &AddTimeCommand, &AddRecordCommand, &AddReplayCommand,
-             &AddMqttCommand, &AddLogCommand, &AddRedecodeCommand,
+             &AddHwtestCommand, &AddReportCommand, &AddTimeCommand, &AddSetsCommand, &AddSkewCommand,
+             &AddRecordCommand, &AddReplayCommand, &AddMqttCommand, &AddLogCommand, &AddRedecodeCommand,
 #if AXLECAST_WEB
              &AddWebCommand,
 #endif

@@ -31,9 +31,9 @@ std::vector<std::string> AllKeyFiles(const MachineConfig& machine) {
 
 constexpr const char* kOperatorGroup = "axlecast";
 constexpr const char* kBridgeAccount = "axlecast-bridge";
-constexpr std::array<const char*, 7> kAccounts = {kBridgeAccount,      kDriversAccount, "axlecast-record",
-                                                  "axlecast-web",      "axlecast-mqtt", "axlecast-time",
-                                                  "axlecast-multicast"};
+constexpr std::array<const char*, 8> kAccounts = {kBridgeAccount,  kDriversAccount,     "axlecast-record",
+                                                  "axlecast-web",  "axlecast-mqtt",     "axlecast-time",
+                                                  "axlecast-sets", "axlecast-multicast"};
 constexpr std::array<const char*, 3> kDeviceGroups = {"dialout", "spi", "gpio"};
 
 bool IsAccount(const std::string& name) { return std::ranges::find(kAccounts, name) != kAccounts.end(); }

@@ -132,6 +132,9 @@ class MachineRun {
     if (!part_.time.root.empty()) {
       supervisor.Start(Role::kRecorder, "time", {axlecast, "time", "--config", file_, "--host", host_});
     }
+    if (!part_.sets.empty()) {
+      supervisor.Start(Role::kRecorder, "sets", {axlecast, "sets", "--config", file_});
+    }
     if (part_.runs_bridge)
       supervisor.Start(Role::kBridge, "bridge", {CompanionProgram("bridge"), "--config", file_});
     for (const BusConfig& bus : part_.buses) {
