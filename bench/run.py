@@ -21,7 +21,7 @@ import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
 TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek",
-           "record")
+           "record", "ticks")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -355,6 +355,50 @@ buses:
             self.report.add(f"decoding a frame, {name}", "ns", time, 100)
         print("  " + ", ".join(f"{name} {time:.0f} ns" for name, time in times.items()))
         self.report.rows.append({"what": "cost of one reading, no I/O", "unit": "ns", "figures": times})
+
+
+    # -- several axes on one tick
+
+    def ticks(self):
+        for axes in (2, 10):
+            self.hull(axes)
+
+    def hull(self, axes, hz=100):
+        """The hull of the sampling instants of one tick, of one driver process for each axis and of bare threads, all SCHED_FIFO 80."""
+        names = [f"axis{i}" for i in range(axes)]
+        buses = "".join(f"  bus-{name}: {{family: tformat, poll_hz: {hz}, realtime: {{priority: 80}}, simulate: {{{name}: {{speed_rpm: 600}}}},\n"
+                        f"    devices: {{{name}: {{model: ts5669n127}}}}}}\n" for name in names)
+        config = self.folder / f"ticks{axes}.yaml"
+        config.write_text(f"machine: ticks{axes}\nbridge: {{unsigned_commands: allow}}\nbuses:\n{buses}")
+        simulators = [self.start(machine.BIN / "axlecast", "simulate", config, "--bus", f"bus-{name}") for name in names]
+        ports = [self.run_dir / f"ticks{axes}" / f"bus-{name}.pty" for name in names]
+        for port in ports:
+            machine.wait_for(port.exists, f"the simulator's {port.name}")
+        seconds = 4 * self.options.seconds
+
+        def drivers():
+            running = [self.start(machine.BIN / "axlecast-tformat", "--config", config, "--bus", f"bus-{name}") for name in names]
+            time.sleep(1)  # until all of them read
+            out = subprocess.run([machine.BIN / "axlecast", "skew", *names, "--config", config, "--seconds", str(seconds), "--json"],
+                                 capture_output=True, text=True, check=True, timeout=60).stdout
+            for process in running:
+                self.stop(process)
+            skew = json.loads(out)
+            return {**skew["hull_us"], "complete": 1 - skew["incomplete"] / skew["ticks"]}
+
+        def bare():
+            out = subprocess.run([self.programs / "bare_ticks", str(seconds), str(1_000_000 // hz), *ports], capture_output=True,
+                                 text=True, check=True, timeout=60).stdout
+            hull = json.loads(out)["hull"]
+            return {"p50": hull["p50_us"], "p99": hull["p99_us"]}
+
+        results = interleaved(self.options.pairs, drivers, bare)
+        for share in ("p50", "p99"):
+            self.report.add(f"hull of {axes} axes, {share}", "us", median(d[share] for d, _ in results), 1.5, median(b[share] for _, b in results),
+                            [d[share] / b[share] for d, b in results])
+        self.report.add(f"ticks with all {axes} axes", "%", 100 * median(d["complete"] for d, _ in results), None)
+        for simulator in simulators:
+            self.stop(simulator)
 
 
 def main():
