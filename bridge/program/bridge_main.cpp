@@ -157,7 +157,9 @@ class BridgeProgram {
   }
 
   void ReportReception(MonoNs now) {
-    const std::string lost = reception_.NextLine(port_.received(), now, port_.warning());
+    ReceptionCounts counts = port_.received();
+    counts += data_.received();
+    const std::string lost = reception_.NextLine(counts, now, port_.warning());
     if (!lost.empty()) spdlog::warn("{}", lost);
   }
 

@@ -165,6 +165,7 @@ CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::i
   while (!result) {
     if (clock.Now() >= deadline) {
       result = NotYet(sessions.Find(key)->result());
+      result->problem += NetworkNote(port.received());
       break;
     }
     changed.wait(lock);

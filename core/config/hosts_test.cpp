@@ -58,6 +58,25 @@ TEST(Hosts, WithoutThemEveryHostHasAll) {
   EXPECT_EQ(PartOn(*machine, "anything")->buses.size(), 1U);
 }
 
+// Each host finds its own interface in the network. Every process reads the URLs only.
+TEST(Hosts, TheUrlsCarryTheInterface) {
+  ConfigErrors errors("m.yaml");
+  const auto machine = ParseConfig(
+      "machine: press\nlcm: {interface: 192.168.5.0/24, url: 'udpm://239.255.76.67:7667?ttl=1'}\n"
+      "buses: {line: {family: point, link: {port: /dev/ttyS0}, devices: {axis1: {}}}}\n",
+      errors);
+  ASSERT_TRUE(machine) << errors.Text();
+  EXPECT_EQ(machine->lcm.url, "udpm://239.255.76.67:7667?ttl=1&interface=192.168.5.0/24");
+  EXPECT_EQ(machine->lcm.command_url, "udpm://239.255.76.67:7668?ttl=0&interface=192.168.5.0/24");
+}
+
+TEST(Hosts, PtpIsGrantedABoundOnlyByTheFile) {
+  EXPECT_EQ(Press(kTwo + "time: {root: plc1, address: 192.0.2.1}\n").time.ptp_bound_us, 0);
+  EXPECT_EQ(Press(kTwo + "time: {root: plc1, address: 192.0.2.1, ptp_bound_us: 250}\n").time.ptp_bound_us, 250);
+  EXPECT_THAT(ErrorsOf(kTwo + "time: {root: plc1, address: 192.0.2.1, ptp_bound_us: -1}\n"),
+              HasSubstr("ptp_bound_us"));
+}
+
 TEST(Hosts, AWrongAssignmentIsNamed) {
   EXPECT_EQ(ErrorsOf(kTwo), "") << "two hosts may have ports of one name";
   EXPECT_THAT(ErrorsOf("hosts: {a: {bridge: true, buses: [line]}}\n"), HasSubstr("bus 'lift' is on no host"));

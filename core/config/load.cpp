@@ -80,6 +80,7 @@ class MachineLoader {
     lcm.url = map.String("url", lcm.url);
     lcm.command_url = map.String("command_url", lcm.command_url);
     lcm.prefix = map.String("prefix", "");
+    AddInterface(map, lcm);
     const auto data = ParseLcmUrl(lcm.url);
     const auto command = ParseLcmUrl(lcm.command_url);
     if (!data) map.Error("url", Quoted(lcm.url) + ' ' + data.error().text);
@@ -94,6 +95,17 @@ class MachineLoader {
       map.Error("prefix", Quoted(lcm.prefix) + " is no prefix: at most 16 of letters, digits, _ - . and /");
     }
     map.Done();
+  }
+
+  // The URLs carry the interface to every process.
+  static void AddInterface(ConfigMap& map, LcmConfig& lcm) {
+    if (!map.Has("interface")) return;
+    const std::string interface = map.String("interface", "");
+    if (!IsInterface(interface)) return map.Error("interface", Quoted(interface) + kInterfaceRule);
+    for (std::string* url : {&lcm.url, &lcm.command_url}) {
+      if (*url == "memq://") map.Error("interface", "has no meaning with memq://, which uses no network");
+      *url = WithInterface(*url, interface);
+    }
   }
 
   void LoadBus(const std::string& name, ConfigMap& map) {

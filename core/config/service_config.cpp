@@ -321,6 +321,8 @@ TimeConfig LoadTime(ConfigMap map) {
   time.port = static_cast<int>(map.Integer("port", time.port, 1, 65'535, "(UDP)"));
   time.max_rate_ppm = static_cast<int>(map.Integer("max_rate_ppm", time.max_rate_ppm, 1, 1'000, "ppm"));
   time.max_slew_ppm = static_cast<int>(map.Integer("max_slew_ppm", time.max_slew_ppm, 1, 100'000, "ppm"));
+  time.ptp_bound_us =
+      static_cast<int>(map.Integer("ptp_bound_us", 0, 0, 1'000'000, "us (0: nothing is assumed of PTP)"));
   if (map.given()) AddErrors(FaultsOf(time), map);
   map.Done();
   return time;

@@ -19,6 +19,7 @@
 #include "platform/net/datagram_test_support.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/lcm_receiver.h"
+#include "platform/net/multicast_port.h"
 #include "platform/os/descriptor.h"
 
 namespace axlecast {

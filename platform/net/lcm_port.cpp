@@ -15,8 +15,9 @@
 
 #include "core/base/result.h"
 #include "core/messages/lcm_url.h"
+#include "platform/net/group_check.h"
+#include "platform/net/group_sender.h"
 #include "platform/net/lcm_receiver.h"
-#include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -29,7 +30,6 @@ void Add(std::string& text, std::int64_t count, const std::string& what) {
 }
 
 constexpr std::size_t kMaxPerHandle = 1'000;  // so that Handle returns under any load
-constexpr std::size_t kLongestName = 63;      // LCM's
 
 // As a regular expression that matches exactly `text`.
 std::string Escaped(const std::string& text) {
@@ -59,6 +59,7 @@ ReceptionCounts& ReceptionCounts::operator+=(const ReceptionCounts& other) {
   outside += other.outside;
   malformed += other.malformed;
   for (const OtherMachine& machine : other.machines) AddMachine(machines, machine);
+  if (network.empty()) network = other.network;
   return *this;
 }
 
@@ -78,11 +79,19 @@ std::string ReceptionText(const ReceptionCounts& counts, const std::string& reme
   return text.empty() ? "" : "LCM since the start: " + text;
 }
 
+std::string NetworkNote(const ReceptionCounts& counts) {
+  return counts.network.empty() ? "" : "; LCM: " + counts.network;
+}
+
 std::string ReceptionReport::NextLine(const ReceptionCounts& counts, MonoNs now, const std::string& remedy) {
   if (!Changed(counts) || now < next_) return "";
   next_ = now + kInterval;
+  const bool returned = !reported_.network.empty() && counts.network.empty();
   reported_ = counts;
-  return ReceptionText(counts, remedy);
+  std::string network = counts.network.empty() ? "" : "LCM: " + counts.network;
+  if (returned) network = "LCM: the network can be used again";
+  const std::string loss = ReceptionText(counts, remedy);
+  return network + (network.empty() || loss.empty() ? "" : ". ") + loss;
 }
 
 struct LcmPort::State {
@@ -108,6 +117,7 @@ struct LcmPort::State {
     };
   }
 
+  bool Send(const std::string& channel, Bytes message);
   bool SubscribeByLcm(const std::string& channel, Handler handler, int capacity);
   bool HandleByLcm(int timeout_ms) const;
   bool HandleGroup(int timeout_ms);
@@ -119,6 +129,7 @@ struct LcmPort::State {
   lcm_t* lcm = nullptr;
   std::list<Subscription> subscriptions;  // of liblcm, which stores their addresses
   std::optional<LcmUrl> group;            // of udpm://
+  std::optional<GroupSender> sender;      // to it
   ChannelSubscriptions subscribed;        // to it
   std::optional<LcmReceiver> receiver;    // of it, from the first subscription on
 };
@@ -127,7 +138,11 @@ LcmPort::LcmPort(const std::string& url, const std::string& prefix, std::string_
     : state_(std::make_unique<State>(prefix, machine)),
       problem_(IsOtherProvider(url) ? "" : ErrorText(CheckMulticast(url))) {
   if (!problem_.empty()) return;
-  if (auto parsed = ParseLcmUrl(url); parsed && !parsed->in_process) state_->group = std::move(*parsed);
+  if (auto parsed = ParseLcmUrl(url); parsed && !parsed->in_process) {
+    state_->group = std::move(*parsed);
+    state_->sender.emplace(*state_->group);
+    return;
+  }
   state_->lcm = lcm_create(url.c_str());
   if (state_->lcm == nullptr) problem_ = "LCM refuses the URL '" + url + "': see its own message above";
   // LCM 1.3 would abort when such a port is handled.
@@ -143,21 +158,22 @@ LcmPort::~LcmPort() {
 }
 
 void LcmPort::Publish(const std::string& channel, Bytes message) {
-  std::array<char, kLongestName + 1> name;
-  const std::size_t size = state_->prefix.size() + channel.size();
-  if (state_->lcm == nullptr || size > kLongestName) {
-    ++state_->unsent;
-    return;
-  }
-  char* end = std::copy(state_->prefix.begin(), state_->prefix.end(), name.data());
+  if (!state_->Send(channel, message)) ++state_->unsent;
+}
+
+bool LcmPort::State::Send(const std::string& channel, Bytes message) {
+  std::array<char, kLongestChannel + 1> name;
+  const std::size_t size = prefix.size() + channel.size();
+  if (size > kLongestChannel) return false;
+  char* end = std::copy(prefix.begin(), prefix.end(), name.data());
   *std::copy(channel.begin(), channel.end(), end) = '\0';
-  if (lcm_publish(state_->lcm, name.data(), message.data(), static_cast<unsigned>(message.size())) != 0) {
-    ++state_->unsent;
-  }
+  if (sender) return sender->Send({name.data(), size}, message);
+  return lcm != nullptr &&
+         lcm_publish(lcm, name.data(), message.data(), static_cast<unsigned>(message.size())) == 0;
 }
 
 bool LcmPort::Subscribe(const std::string& channel, Handler handler, int capacity) {
-  if (state_->lcm == nullptr || !problem_.empty() || !IsRegularExpression(channel)) return false;
+  if (!problem_.empty() || !IsRegularExpression(channel)) return false;
   handler = state_->OfThisMachine(std::move(handler));
   if (!state_->group) return state_->SubscribeByLcm(channel, std::move(handler), capacity);
   if (!state_->receiver) state_->receiver.emplace(*state_->group);
@@ -178,8 +194,8 @@ bool LcmPort::State::SubscribeByLcm(const std::string& channel, Handler handler,
 }
 
 bool LcmPort::Handle(int timeout_ms) {
-  if (state_->lcm == nullptr) return false;
-  return state_->group ? state_->HandleGroup(timeout_ms) : state_->HandleByLcm(timeout_ms);
+  if (state_->group) return state_->HandleGroup(timeout_ms);
+  return state_->lcm != nullptr && state_->HandleByLcm(timeout_ms);
 }
 
 bool LcmPort::State::HandleByLcm(int timeout_ms) const {
@@ -218,6 +234,7 @@ int LcmPort::FileDescriptor() const {
 ReceptionCounts LcmPort::received() const {
   ReceptionCounts counts = state_->receiver ? state_->receiver->counts() : ReceptionCounts();
   counts.machines = state_->machines.Others(state_->clock.Now());
+  if (counts.network.empty() && state_->sender) counts.network = state_->sender->problem();
   return counts;
 }
 

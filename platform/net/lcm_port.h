@@ -20,20 +20,22 @@ struct ReceptionCounts {
   std::int64_t outside = 0;    // datagrams of other hosts, refused because the URL has ttl=0, and empty datagrams
   std::int64_t malformed = 0;  // datagrams that are not of LCM
   std::vector<OtherMachine> machines = {};  // other machines whose messages were refused, and are arriving
+  std::string network = {};                 // why LCM reaches nobody, or not everyone, at present; empty: it does
 
   ReceptionCounts& operator+=(const ReceptionCounts& other);
   bool operator==(const ReceptionCounts&) const = default;
 };
 
-// Reports losses and refused datagrams, at most once in 10 s.
+// Reports losses, refused datagrams, and a network that cannot be used, at most once in 10 s.
 class ReceptionReport {
  public:
   static constexpr MonoNs kInterval = 10 * kSecond;
 
-  // Returns true if something was lost or refused since the last line. Cheap.
+  // Returns true if something was lost or refused since the last line, or the network has changed. Cheap.
   [[nodiscard]] bool Changed(const ReceptionCounts& counts) const {
     return counts.dropped != reported_.dropped || counts.outside != reported_.outside ||
-           counts.malformed != reported_.malformed || NamesOf(counts.machines) != NamesOf(reported_.machines);
+           counts.malformed != reported_.malformed || counts.network != reported_.network ||
+           NamesOf(counts.machines) != NamesOf(reported_.machines);
   }
 
   // Returns a line to log now, or no text. `remedy`: LcmPort::warning().
@@ -47,11 +49,16 @@ class ReceptionReport {
 // Returns "LCM since the start: 3 datagrams lost because …", or no text if nothing was lost or refused.
 [[nodiscard]] std::string ReceptionText(const ReceptionCounts& counts, const std::string& remedy);
 
+// Returns "; LCM: this host has no interface eth1 …" behind the error of a command that received no answer; no text if the network can
+// be used.
+[[nodiscard]] std::string NetworkNote(const ReceptionCounts& counts);
+
 // The only place that touches liblcm. Publishing is thread-safe; subscribing and handling belong to one thread.
 //
-// udpm:// is sent by liblcm but received by LcmReceiver, because liblcm 1.3.1 writes out of bounds for a forged fragment and
-// keeps every channel name for ever. A port that only publishes opens no receiving socket. LCM's other providers (memq://,
-// tcpq://, file://), which no network reaches, are received by liblcm.
+// udpm:// is sent by GroupSender, because liblcm cannot select an interface and has IPv4 only. It is received by LcmReceiver, because
+// liblcm 1.3.1 writes out of bounds for a forged fragment and keeps every channel name for ever. A port that only publishes opens no
+// receiving socket. If the URL names an interface that is missing or down, the port works as soon as the interface does. LCM's other
+// providers (memq://, tcpq://, file://), which no network reaches, use liblcm.
 class LcmPort final : public MessageSink {
  public:
   using Handler = std::function<void(const std::string& channel, Bytes message)>;
@@ -81,7 +88,8 @@ class LcmPort final : public MessageSink {
   // Readable when Handle has work. -1 over udpm:// before the first subscription.
   [[nodiscard]] int FileDescriptor() const;
 
-  // Counts of udpm://; with other providers only `machines`. Thread-safe.
+  // Counts of udpm://; with other providers only `machines`. The network's problem is that of receiving, else that of sending.
+  // Thread-safe.
   [[nodiscard]] ReceptionCounts received() const;
   // Returns a warning with the commands that fix it if the receive buffer is smaller than requested; otherwise no text.
   [[nodiscard]] std::string warning() const;

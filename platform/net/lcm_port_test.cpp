@@ -41,6 +41,18 @@ TEST(ReceptionReport, NamesTheRemedyOnlyOfALoss) {
   EXPECT_THAT(refused, HasSubstr("7 datagrams from other hosts refused, because the URL has ttl=0; 8 datagrams"));
 }
 
+TEST(ReceptionReport, ReportsANetworkThatCannotBeUsedAndItsEnd) {
+  const ReceptionCounts good;
+  const ReceptionCounts bad{.network = "this host has no interface eth1"};
+  ReceptionReport report;
+  EXPECT_FALSE(report.Changed(good));
+  EXPECT_TRUE(report.Changed(bad));
+  EXPECT_EQ(report.NextLine(bad, kSecond), "LCM: this host has no interface eth1");
+  EXPECT_EQ(report.NextLine(bad, 20 * kSecond), "");
+  EXPECT_EQ(report.NextLine(good, 40 * kSecond), "LCM: the network can be used again");
+  EXPECT_FALSE(report.Changed(good));
+}
+
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;

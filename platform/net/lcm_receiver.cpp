@@ -57,10 +57,15 @@ std::size_t ChannelSubscriptions::memory() const {
   return bytes;
 }
 
-LcmReceiver::LcmReceiver(const LcmUrl& url) : port_(url), receiver_(kFragments) {}
+LcmReceiver::LcmReceiver(const LcmUrl& url)
+    : port_(url), receiver_(kFragments), network_(port_.network_problem()) {}
 
 std::size_t LcmReceiver::Read(const Sink& sink) {
   const auto batch = port_.Read();
+  if (port_.network_problem() != network_) {  // which only this thread writes
+    const std::scoped_lock lock(mutex_);
+    network_ = port_.network_problem();
+  }
   const MonoNs now = clock_.Now();
   for (const MulticastPort::Received& datagram : batch) {
     receiver_.On({datagram.sender, datagram.utime, now, datagram.bytes}, [&sink](const ReceivedMessage& message) {
@@ -81,7 +86,13 @@ void LcmReceiver::Count(MonoNs now) {
 }
 
 ReceptionCounts LcmReceiver::counts() const {
-  return {.messages = messages_, .dropped = dropped_, .outside = outside_, .malformed = malformed_};
+  const std::scoped_lock lock(mutex_);
+  return {.messages = messages_,
+          .dropped = dropped_,
+          .outside = outside_,
+          .malformed = malformed_,
+          .machines = {},
+          .network = network_};
 }
 
 }  // namespace axlecast

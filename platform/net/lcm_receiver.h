@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <regex>
 #include <string>
 #include <string_view>
@@ -85,6 +86,8 @@ class LcmReceiver {
   std::atomic<std::int64_t> dropped_ = 0;
   std::atomic<std::int64_t> outside_ = 0;
   std::atomic<std::int64_t> malformed_ = 0;
+  mutable std::mutex mutex_;
+  std::string network_;  // MulticastPort::network_problem, for counts
 };
 
 }  // namespace axlecast

@@ -1,14 +1,14 @@
 #include "platform/net/multicast_port.h"
 
-#include <arpa/inet.h>
 #include <linux/filter.h>
 #include <linux/if_packet.h>
 #include <linux/sock_diag.h>
 #include <net/if_arp.h>
 #include <netinet/in.h>
-#include <poll.h>
-#include <sys/random.h>
+#include <sys/epoll.h>
 #include <sys/socket.h>
+#include <sys/timerfd.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,30 +17,47 @@
 #include <ctime>
 #include <vector>
 
-#include "platform/os/system_clock.h"
-
 namespace axlecast {
 namespace {
 
 constexpr std::size_t kLargestDatagram = 65'536;  // above UDP's own limit of 65,507 bytes
 constexpr std::size_t kControlSize = 128;
+constexpr MonoNs kLookInterval =
+    400 * kMillisecond;  // less than that of the timer, so that each expiration is read
 
 std::string Failed(const std::string& action) { return action + ": " + std::strerror(errno); }
 
-template <typename T>
-bool SetOption(int fd, int level, int name, const T& value) {
-  return setsockopt(fd, level, name, &value, sizeof value) == 0;
+// What the kernel adds to a datagram.
+struct Control {
+  std::int64_t utime = 0;  // us, UNIX time; every datagram has one, because SO_TIMESTAMPNS is set
+  unsigned interface = 0;  // of the arrival, IPv6 only
+};
+
+Control ControlOf(msghdr& message) {
+  Control control;
+  for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
+    if (part->cmsg_level == SOL_SOCKET && part->cmsg_type == SCM_TIMESTAMPNS) {
+      timespec stamp{};
+      std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
+      control.utime = std::int64_t{stamp.tv_sec} * 1'000'000 + stamp.tv_nsec / 1'000;
+    } else if (part->cmsg_level == IPPROTO_IPV6 && part->cmsg_type == IPV6_PKTINFO) {
+      in6_pktinfo information{};
+      std::memcpy(&information, CMSG_DATA(part), sizeof information);
+      control.interface = information.ipi6_ifindex;
+    }
+  }
+  return control;
 }
 
-// Returns the timestamp of the kernel, UNIX time in us. Every datagram has one, because SO_TIMESTAMPNS is set.
-std::int64_t StampOf(msghdr& message) {
-  for (cmsghdr* part = CMSG_FIRSTHDR(&message); part != nullptr; part = CMSG_NXTHDR(&message, part)) {
-    if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_TIMESTAMPNS) continue;
-    timespec stamp{};
-    std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-    return std::int64_t{stamp.tv_sec} * 1'000'000 + stamp.tv_nsec / 1'000;
+SenderAddress SenderOf(const sockaddr_storage& from) {
+  if (from.ss_family == AF_INET6) {
+    const auto& address = reinterpret_cast<const sockaddr_in6&>(from);
+    SenderAddress sender{.address = {}, .port = ntohs(address.sin6_port)};
+    std::memcpy(sender.address.data(), &address.sin6_addr, sender.address.size());
+    return sender;
   }
-  return 0;
+  const auto& address = reinterpret_cast<const sockaddr_in&>(from);
+  return SenderAddress::OfIPv4(ntohl(address.sin_addr.s_addr), ntohs(address.sin_port));
 }
 
 // Truncates datagrams of other hosts to no bytes. If the route of the group leads to a network, the kernel marks looped-back
@@ -56,103 +73,6 @@ bool TakeOnlyOwnHost(int fd) {
                                        BPF_STMT(BPF_RET | BPF_K, kUdpHeader)}};
   const sock_fprog program{steps.size(), steps.data()};
   return SetOption(fd, SOL_SOCKET, SO_ATTACH_FILTER, program);
-}
-
-constexpr MonoNs kProbeTime = kSecond;
-constexpr std::size_t kTokenAt = 22;  // in a self test: behind header, channel and NUL
-
-std::string MulticastRemedy(const std::string& cause) {
-  return "multicast on this host is not usable: " + cause +
-         "\nFix it (as root), for LCM within this host:\n"
-         "  ip link set lo up multicast on\n"
-         "  ip route add 224.0.0.0/4 dev lo\n"
-         "A firewall must let the group's UDP port pass.";
-}
-
-std::string SystemProblem(const char* action) { return MulticastRemedy(Failed(action)); }
-
-using SelfTestDatagram = std::array<std::uint8_t, 30>;
-
-// Every LCM process sends this to itself when it first subscribes. Other processes ignore it.
-SelfTestDatagram SelfTest() {
-  SelfTestDatagram datagram{'L', 'C', '0', '2', 0, 0, 0, 0};  // short header, sequence number 0
-  std::memcpy(datagram.data() + 8, "LCM_SELF_TEST", 14);
-  if (getrandom(datagram.data() + kTokenAt, 8, 0) != 8) datagram[kTokenAt] = 1;
-  return datagram;
-}
-
-sockaddr_in GroupOf(const LcmUrl& url) {
-  sockaddr_in group{};
-  group.sin_family = AF_INET;
-  group.sin_port = htons(static_cast<std::uint16_t>(url.port));
-  inet_pton(AF_INET, url.group.c_str(), &group.sin_addr);
-  return group;
-}
-
-// Joins the group like any LCM process. Binds last: otherwise the port could receive one or two messages before it is set up,
-// and then none until it has joined.
-Result<> JoinGroup(int receiver, const LcmUrl& url) {
-  const int on = 1;
-  const int off = 0;
-  const sockaddr_in group = GroupOf(url);
-  ip_mreq membership{};
-  membership.imr_multiaddr = group.sin_addr;
-  if (!SetOption(receiver, SOL_SOCKET, SO_REUSEADDR, on)) return Failure(SystemProblem("SO_REUSEADDR"));
-  if (!SetOption(receiver, IPPROTO_IP, IP_MULTICAST_ALL, off) ||
-      !SetOption(receiver, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership)) {
-    return Failure(SystemProblem("joining the group"));
-  }
-  if (bind(receiver, reinterpret_cast<const sockaddr*>(&group), sizeof group) == 0) return {};
-  return Failure(std::string("the port of LCM cannot be used: ") + std::strerror(errno) +
-                 "; another program holds it without sharing (ss -ulpn shows which)");
-}
-
-// Drops the other traffic of the group, which could fill the buffer of the socket before the self test arrives. Without support
-// of the kernel, nothing is dropped.
-void TakeOnly(int receiver, const SelfTestDatagram& datagram) {
-  constexpr std::uint32_t kUdpHeader = 8;
-  std::uint32_t token = 0;
-  std::memcpy(&token, datagram.data() + kTokenAt, sizeof token);
-  std::array<sock_filter, 4> steps = {{BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kUdpHeader + kTokenAt),
-                                       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ntohl(token), 0, 1),
-                                       BPF_STMT(BPF_RET | BPF_K, 0xFFFFFFFF), BPF_STMT(BPF_RET | BPF_K, 0)}};
-  const sock_fprog program{steps.size(), steps.data()};
-  static_cast<void>(SetOption(receiver, SOL_SOCKET, SO_ATTACH_FILTER, program));
-}
-
-bool Arrives(int receiver, const SelfTestDatagram& datagram) {
-  const SystemClock clock;
-  const MonoNs deadline = clock.Now() + kProbeTime;
-  std::array<pollfd, 1> files = {{{receiver, POLLIN, 0}}};
-  while (clock.Now() < deadline && PollUntil(files, deadline, clock) > 0) {
-    std::array<std::uint8_t, 64> received;
-    const ssize_t size = recv(receiver, received.data(), received.size(), MSG_DONTWAIT);
-    if (size == static_cast<ssize_t>(datagram.size()) &&
-        std::equal(datagram.begin(), datagram.end(), received.begin())) {
-      return true;
-    }
-  }
-  return false;
-}
-
-Result<> ProbeGroup(const LcmUrl& url) {
-  const sockaddr_in group = GroupOf(url);
-  const Descriptor receiver(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  const Descriptor sender(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  if (!receiver.valid() || !sender.valid()) return Failure(SystemProblem("opening a socket"));
-  const SelfTestDatagram datagram = SelfTest();
-  TakeOnly(receiver.get(), datagram);
-  if (Result<> done = JoinGroup(receiver.get(), url); !done) return done;
-  const auto ttl = static_cast<unsigned char>(url.ttl);
-  if (!SetOption(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, ttl)) {
-    return Failure(SystemProblem("IP_MULTICAST_TTL"));
-  }
-  if (sendto(sender.get(), datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&group),
-             sizeof group) < 0) {
-    return Failure(SystemProblem("sending to the group"));
-  }
-  if (Arrives(receiver.get(), datagram)) return {};
-  return Failure(MulticastRemedy("a datagram to " + url.group + " did not come back within 1 s"));
 }
 
 }  // namespace
@@ -175,20 +95,21 @@ struct MulticastPort::Buffers {
     }
   }
 
-  struct Control {
+  struct Space {
     alignas(cmsghdr) std::array<std::uint8_t, kControlSize> bytes;
   };
 
   std::unique_ptr<std::uint8_t[]> bytes;  // not cleared: unused parts take no memory
   std::vector<iovec> places;
-  std::vector<sockaddr_in> senders;
-  std::vector<Control> control;
+  std::vector<sockaddr_storage> senders;
+  std::vector<Space> control;
   std::vector<mmsghdr> messages;
   std::vector<Received> received;
 };
 
 MulticastPort::MulticastPort(const LcmUrl& url)
-    : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
+    : group_(url),
+      socket_(OpenGroupSocket(group_, SOCK_NONBLOCK)),
       buffers_(std::make_unique<Buffers>(kMaxPerRead)),
       own_host_only_(url.ttl == 0) {
   if (!socket_.valid()) {
@@ -198,11 +119,49 @@ MulticastPort::MulticastPort(const LcmUrl& url)
   SetBuffer(url.recv_buf_size > 0 ? url.recv_buf_size : kDefaultBuffer);
   const int on = 1;
   if (!SetOption(socket_.get(), SOL_SOCKET, SO_TIMESTAMPNS, on) ||
-      (own_host_only_ && !TakeOnlyOwnHost(socket_.get()))) {
+      (url.IsIPv6() && !SetOption(socket_.get(), IPPROTO_IPV6, IPV6_RECVPKTINFO, on)) ||
+      (own_host_only_ && !TakeOnlyOwnHost(socket_.get())) || (!url.interface.empty() && !OpenTimer())) {
     problem_ = Failed("a socket option of LCM's port cannot be set");
     return;
   }
-  problem_ = ErrorText(JoinGroup(socket_.get(), url));
+  if (!url.interface.empty()) {
+    watch_.emplace(url);
+    Follow();
+  } else if (!JoinGroup(socket_.get(), group_, 0)) {
+    problem_ = Failed("the multicast group " + url.group + " cannot be joined");
+    return;
+  }
+  problem_ = ErrorText(BindToGroup(socket_.get(), group_));
+}
+
+bool MulticastPort::OpenTimer() {
+  constexpr itimerspec kTwiceASecond{{0, 500'000'000}, {0, 500'000'000}};
+  timer_ = Descriptor(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+  wake_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
+  if (!timer_.valid() || !wake_.valid() || timerfd_settime(timer_.get(), 0, &kTwiceASecond, nullptr) != 0)
+    return false;
+  return std::ranges::all_of(std::array{timer_.get(), socket_.get()}, [this](int file) {
+    epoll_event readable{};
+    readable.events = EPOLLIN;
+    return epoll_ctl(wake_.get(), EPOLL_CTL_ADD, file, &readable) == 0;
+  });
+}
+
+// The membership of a deleted interface is left as well: its number could come back.
+void MulticastPort::Follow() {
+  const MonoNs now = clock_.Now();
+  if (now < next_look_) return;
+  next_look_ = now + kLookInterval;
+  std::uint64_t expirations = 0;
+  [[maybe_unused]] const ssize_t expired = read(timer_.get(), &expirations, sizeof expirations);
+  watch_->Update();
+  network_problem_ = watch_->problem();
+  if (watch_->index() == joined_) return;
+  if (joined_ != 0) LeaveGroup(socket_.get(), group_, joined_);
+  joined_ = watch_->index();
+  if (joined_ == 0 || JoinGroup(socket_.get(), group_, joined_)) return;
+  joined_ = 0;
+  if (network_problem_.empty()) network_problem_ = Failed("the multicast group cannot be joined on the interface");
 }
 
 MulticastPort::~MulticastPort() = default;
@@ -225,23 +184,25 @@ void MulticastPort::SetBuffer(std::int64_t bytes) {
 }
 
 std::span<const MulticastPort::Received> MulticastPort::Read() {
+  if (watch_) Follow();
   for (mmsghdr& message : buffers_->messages) {
-    message.msg_hdr.msg_namelen = sizeof(sockaddr_in);
+    message.msg_hdr.msg_namelen = sizeof(sockaddr_storage);
     message.msg_hdr.msg_controllen = kControlSize;
   }
   const int count = recvmmsg(socket_.get(), buffers_->messages.data(),
                              static_cast<unsigned>(buffers_->messages.size()), MSG_DONTWAIT, nullptr);
   const auto read = static_cast<std::size_t>(std::max(count, 0));
+  std::size_t taken = 0;
   for (std::size_t i = 0; i < read; ++i) {
     mmsghdr& message = buffers_->messages[i];
-    const sockaddr_in& from = buffers_->senders[i];
+    const Control control = ControlOf(message.msg_hdr);
+    // The kernel selects by the joined interface for IPv4 only.
+    if (control.interface != 0 && control.interface != joined_) continue;
     const auto* bytes = static_cast<const std::uint8_t*>(buffers_->places[i].iov_base);
-    buffers_->received[i] = {{ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
-                             StampOf(message.msg_hdr),
-                             Bytes(bytes, message.msg_len)};
+    buffers_->received[taken++] = {SenderOf(buffers_->senders[i]), control.utime, Bytes(bytes, message.msg_len)};
     if (own_host_only_ && message.msg_len == 0) ++outside_;
   }
-  return std::span(buffers_->received).first(read);
+  return std::span(buffers_->received).first(taken);
 }
 
 // SO_RXQ_OVFL reports the counter only with a later datagram, and thus never for the last ones.
@@ -253,13 +214,6 @@ std::int64_t MulticastPort::Dropped() {
     drop_counter_ = memory[SK_MEMINFO_DROPS];
   }
   return dropped_;
-}
-
-Result<> CheckMulticast(const std::string& url) {
-  const auto parsed = ParseLcmUrl(url);
-  if (!parsed) return Failure("the LCM URL '" + url + "' " + parsed.error().text);
-  if (parsed->in_process) return {};
-  return ProbeGroup(*parsed);
 }
 
 }  // namespace axlecast

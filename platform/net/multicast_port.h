@@ -2,13 +2,17 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "core/base/inline_bytes.h"
-#include "core/base/result.h"
+#include "core/base/time.h"
 #include "core/messages/lcm_url.h"
+#include "platform/net/group_socket.h"
+#include "platform/net/network_interface.h"
 #include "platform/os/descriptor.h"
+#include "platform/os/system_clock.h"
 
 namespace axlecast {
 
@@ -16,6 +20,9 @@ namespace axlecast {
 // that the kernel dropped. It receives only what was sent to the group, never a datagram to the address of this host. With ttl=0,
 // it receives only what this host sent. The kernel determines this (a looped-back copy, or a datagram from lo), not the address
 // of the sender, which can be forged. It sends nothing. Used by one thread.
+//
+// If the URL names an interface, it receives by this interface only. The interface may be missing at the start, go down, and be
+// deleted and made again: the port receives again within 1 s of its return, if Read is called while FileDescriptor is readable.
 class MulticastPort {
  public:
   static constexpr std::size_t kMaxPerRead = 16;            // 1 MiB of memory at most, even for the longest ones
@@ -40,7 +47,10 @@ class MulticastPort {
   [[nodiscard]] const std::string& problem() const { return problem_; }
   // Returns a text if the buffer is smaller than requested, with the commands that fix it; otherwise empty.
   [[nodiscard]] const std::string& warning() const { return warning_; }
-  [[nodiscard]] int FileDescriptor() const { return socket_.get(); }  // readable when datagrams wait
+  // Returns why nothing is received by the interface of the URL at present; empty: it can be used, or the URL names none.
+  [[nodiscard]] const std::string& network_problem() const { return network_problem_; }
+  // Readable when datagrams wait. With an interface also twice a second, so that Read looks at the interface.
+  [[nodiscard]] int FileDescriptor() const { return watch_ ? wake_.get() : socket_.get(); }
 
   // Returns the waiting datagrams, at most kMaxPerRead. Does not wait, and allocates nothing. With ttl=0, a datagram of another
   // host is empty.
@@ -55,8 +65,19 @@ class MulticastPort {
   struct Buffers;
 
   void SetBuffer(std::int64_t bytes);
+  // Opens what wakes the user of the port to look at the interface. Returns false with errno set.
+  bool OpenTimer();
+  void Follow();
 
+  GroupAddress group_;
+  SystemClock clock_;
   Descriptor socket_;
+  Descriptor timer_;
+  Descriptor wake_;  // readable if socket_ or timer_ is
+  std::optional<InterfaceWatch> watch_;
+  unsigned joined_ = 0;  // interface
+  MonoNs next_look_ = 0;
+  std::string network_problem_;
   std::unique_ptr<Buffers> buffers_;
   std::uint32_t drop_counter_ = 0;  // of the kernel; wraps around
   std::int64_t dropped_ = 0;
@@ -65,9 +86,5 @@ class MulticastPort {
   std::string problem_;
   std::string warning_;
 };
-
-// Sends a datagram to the URL's group and port and waits up to 1 s until it arrives here. The error contains the cause and the
-// commands that fix it. `axlecast up` checks this before it starts anything.
-[[nodiscard]] Result<> CheckMulticast(const std::string& url);
 
 }  // namespace axlecast

@@ -61,11 +61,6 @@ bool MessageNumbers::Await(std::uint32_t number, std::int64_t utime) {
 
 namespace {
 
-constexpr std::uint32_t kShortMagic = 0x4c433032;     // "LC02"
-constexpr std::uint32_t kFragmentMagic = 0x4c433033;  // "LC03"
-constexpr std::size_t kShortHeader = 8;
-constexpr std::size_t kFragmentHeader = 20;
-
 std::uint32_t Read16(Bytes bytes, std::size_t at) {
   return static_cast<std::uint32_t>(bytes[at]) << 8 | bytes[at + 1];
 }

@@ -80,6 +80,10 @@ struct FragmentPacket {
 
 using UdpmPacket = std::variant<ShortPacket, FragmentPacket>;
 
+inline constexpr std::uint32_t kShortMagic = 0x4c433032;     // "LC02"
+inline constexpr std::uint32_t kFragmentMagic = 0x4c433033;  // "LC03"
+inline constexpr std::size_t kShortHeader = 8;
+inline constexpr std::size_t kFragmentHeader = 20;
 inline constexpr std::size_t kLongestChannel = 63;        // without the NUL; lcm_udpm.c
 inline constexpr std::size_t kLargestMessage = 1U << 28;  // bytes; LCM's own limit (lcm_udpm.c)
 

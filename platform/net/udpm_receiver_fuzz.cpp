@@ -21,7 +21,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     datagram.insert(datagram.end(), rest.begin() + 2, rest.begin() + 2 + static_cast<std::ptrdiff_t>(length));
     rest = rest.subspan(2 + length);
     now += (choice >> 1) * 20 * axlecast::kMillisecond;
-    const axlecast::SenderAddress sender{1, static_cast<std::uint16_t>(choice & 1)};
+    // Equal ports, of an IPv4 and an IPv6 address.
+    axlecast::SenderAddress sender = axlecast::SenderAddress::OfIPv4(1, 7'667);
+    if ((choice & 1) != 0) sender.address[0] = 0xfd;
     receiver.On({sender, now / axlecast::kMicrosecond, now, datagram},
                 [&](const axlecast::ReceivedMessage& message) {
                   ++messages;

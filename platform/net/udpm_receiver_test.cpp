@@ -105,8 +105,8 @@ TEST(UdpmPacketTest, RefusesFragmentsThatContradictThemselves) {
 
 using ::testing::ElementsAre;
 
-constexpr SenderAddress kOne{0x7f000001, 40'001};
-constexpr SenderAddress kOther{0x7f000001, 40'002};
+constexpr SenderAddress kOne = SenderAddress::OfIPv4(0x7f000001, 40'001);
+constexpr SenderAddress kOther = SenderAddress::OfIPv4(0x7f000001, 40'002);
 
 class UdpmReceiverTest : public ::testing::Test {
  protected:
@@ -234,7 +234,7 @@ TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) 
   Short(9);
   for (std::uint16_t i = 0; i < UdpmReceiver::kMaxSenders; ++i) {
     ++now_;
-    Short(0, {0x0a000001, i});
+    Short(0, SenderAddress::OfIPv4(0x0a000001, i));
   }
   EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
   EXPECT_EQ(receiver_.senders()[0].lost, 0);
@@ -244,7 +244,8 @@ TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) 
 // A flood from ever new addresses made every counter of the machine's own senders begin again.
 TEST_F(UdpmReceiverTest, ManyNewSendersDisplaceNoneThatIsEstablished) {
   for (std::uint32_t i = 0; i < 20; ++i) Short(i);
-  for (std::uint32_t i = 0; i < 50'000; ++i) Short(0, {0x0a000000 + i / 60'000, static_cast<std::uint16_t>(i)});
+  for (std::uint32_t i = 0; i < 50'000; ++i)
+    Short(0, SenderAddress::OfIPv4(0x0a000000 + i / 60'000, static_cast<std::uint16_t>(i)));
   EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
   Short(22);
   EXPECT_EQ(receiver_.senders()[0].sender, kOne);
@@ -255,7 +256,7 @@ TEST_F(UdpmReceiverTest, ManyNewSendersDisplaceNoneThatIsEstablished) {
 TEST_F(UdpmReceiverTest, EstablishedSendersAreBoundedToo) {
   for (std::uint32_t i = 0; i < 3'000; ++i) {
     for (std::uint32_t number = 0; number < 20; ++number)
-      Short(number, {0x0a000000, static_cast<std::uint16_t>(i)});
+      Short(number, SenderAddress::OfIPv4(0x0a000000, static_cast<std::uint16_t>(i)));
   }
   EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
 }

@@ -46,10 +46,27 @@ HostClocks ReadHostClocks() {
   return best;
 }
 
+UtcReading ReadUtc() {
+  constexpr int kAttempts = 5;
+  UtcReading best{.mono_before = 0, .utc_ns = 0, .mono_after = kNever};
+  for (int i = 0; i < kAttempts; ++i) {
+    UtcReading reading;
+    reading.mono_before = Read(CLOCK_MONOTONIC);
+    reading.utc_ns = Read(CLOCK_REALTIME);
+    reading.mono_after = Read(CLOCK_MONOTONIC);
+    if (reading.mono_after - reading.mono_before < best.mono_after - best.mono_before) best = reading;
+  }
+  return best;
+}
+
 KernelUtc ReadKernelUtc() {
   timex state{};
-  if (adjtimex(&state) < 0) return {};
-  return {.tai_offset_s = state.tai, .leap_today = (state.status & (STA_INS | STA_DEL)) != 0};
+  const int answer = adjtimex(&state);
+  if (answer < 0) return {};
+  return {.tai_offset_s = state.tai,
+          .leap_today = (state.status & (STA_INS | STA_DEL)) != 0,
+          .known = true,
+          .synchronised = answer != TIME_ERROR};
 }
 
 int PollUntil(std::span<pollfd> files, MonoNs deadline, const Clock& clock) {

@@ -6,6 +6,7 @@
 
 #include "core/base/time.h"
 #include "core/time/time_keeper.h"
+#include "core/time/utc_claim.h"
 
 namespace axlecast {
 
@@ -23,10 +24,15 @@ class SystemClock final : public Clock {
 // wide.
 [[nodiscard]] HostClocks ReadHostClocks();
 
+// Reads UNIX time between two readings of CLOCK_MONOTONIC: the closest of a few attempts.
+[[nodiscard]] UtcReading ReadUtc();
+
 // What the kernel knows of UTC.
 struct KernelUtc {
-  int tai_offset_s = 0;     // TAI - UTC; 0: not known
-  bool leap_today = false;  // a leap second will be inserted or deleted
+  int tai_offset_s = 0;       // TAI - UTC; 0: not known
+  bool leap_today = false;    // a leap second will be inserted or deleted
+  bool known = false;         // the kernel has answered
+  bool synchronised = false;  // a program keeps UNIX time, and has stated so to the kernel. How well is not known
 };
 [[nodiscard]] KernelUtc ReadKernelUtc();
 

@@ -12,8 +12,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # An external world: the pattern that reaches it, and the only files that may.
 WORLDS = [
-    ("LCM", r"#include [<\"]lcm/lcm[.-]", r"platform/net/lcm_port\.cpp|client/example/.*|bench/.*"),
-    ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"platform/net/multicast_port\.cpp|bench/.*"),
+    ("LCM", r"#include [<\"]lcm/lcm[.-]", r"platform/net/(lcm_port|group_sender_test)\.cpp|client/example/.*|bench/.*"),
+    ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"platform/net/(multicast_port|group_socket)\.cpp|bench/.*"),
     ("serial line", r"termios|termbits|\bTIOC[A-Z]+",
      r"(drivers/hal/(serial_port|adapter|pty|line_guard)(_test)?|platform/os/terminal(_test)?)\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",

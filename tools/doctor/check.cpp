@@ -129,12 +129,21 @@ std::string CountText(const std::vector<Diagnosis>& diagnoses) {
   return text.empty() ? "nothing found" : text;
 }
 
+std::map<std::string, std::string> LcmInterfaces(const HostFacts& host) {
+  std::map<std::string, std::string> interfaces;
+  for (const auto& [url, group] : host.network.groups) interfaces.emplace(url, group.route.interface);
+  return interfaces;
+}
+
 Json DoctorJson(const std::string& file, const std::vector<Diagnosis>& diagnoses,
-                const std::vector<std::string>& fixed) {
+                const std::vector<std::string>& fixed, const std::map<std::string, std::string>& interfaces,
+                const std::string& clock) {
   Json json = {
       {"file", file.empty() ? Json() : Json(file)}, {"ok", AdviceAlone(diagnoses)}, {"findings", Json::array()}};
   for (const Diagnosis& diagnosis : diagnoses) json["findings"].push_back(DiagnosisJson(diagnosis));
   json["mended"] = fixed;
+  json["interfaces"] = interfaces;
+  json["clock"] = clock;
   return json;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -92,9 +93,17 @@ struct Diagnosis {
 [[nodiscard]] std::string DiagnosisText(const Diagnosis& diagnosis);
 // Returns a text like "2 errors, 1 warning".
 [[nodiscard]] std::string CountText(const std::vector<Diagnosis>& diagnoses);
-// `fixed`: the lines that --fix has applied, in order.
+// Returns the interface that each LCM URL of the machine uses, by URL; an empty name if it uses none.
+[[nodiscard]] std::map<std::string, std::string> LcmInterfaces(const HostFacts& host);
+
+// Returns what keeps UNIX time, with chronyd also its claim: "kept by chronyd from 10.0.0.1, which claims +-0.020 ms".
+[[nodiscard]] std::string ClockText(const HostFacts& host);
+
+// `fixed`: the lines that --fix has applied, in order. `interfaces`: LcmInterfaces. `clock`: ClockText.
 [[nodiscard]] nlohmann::ordered_json DoctorJson(const std::string& file, const std::vector<Diagnosis>& diagnoses,
-                                                const std::vector<std::string>& fixed);
+                                                const std::vector<std::string>& fixed,
+                                                const std::map<std::string, std::string>& interfaces,
+                                                const std::string& clock);
 
 [[nodiscard]] std::string CheckListText();
 [[nodiscard]] nlohmann::ordered_json CheckListJson();

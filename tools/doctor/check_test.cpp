@@ -36,10 +36,12 @@ TEST(Check, WhatIsNotWantedIsNotRun) {
   const auto one = Diagnose(OneAxis(), host, [](const Check& check) { return check.name == "clock_sync"; });
   ASSERT_EQ(one.size(), 1U);
   EXPECT_THAT(DiagnosisText(one[0]), HasSubstr("warning clock_sync: nothing keeps"));
-  const auto json = DoctorJson("m.yaml", one, {"a line"});
+  const auto json = DoctorJson("m.yaml", one, {"a line"}, {{"udpm://239.255.76.67:7667", "eth1"}}, "kept by ntpd");
   EXPECT_EQ(json["ok"], false);
   EXPECT_EQ(json["findings"][0]["name"], "clock_sync");
   EXPECT_EQ(json["mended"][0], "a line");
+  EXPECT_EQ(json["clock"], "kept by ntpd");
+  EXPECT_EQ(json["interfaces"]["udpm://239.255.76.67:7667"], "eth1");
 }
 
 // Its exit code and its JSON agree: advice alone is no fault.
@@ -50,8 +52,8 @@ TEST(Check, AdviceAloneIsGood) {
   EXPECT_TRUE(AdviceAlone({}));
   EXPECT_TRUE(AdviceAlone({{advice, {}}, {advice, {}}}));
   EXPECT_FALSE(AdviceAlone({{advice, {}}, {warning, {}}}));
-  EXPECT_EQ(DoctorJson("", {{advice, {}}}, {})["ok"], true);
-  EXPECT_EQ(DoctorJson("", {{warning, {}}}, {})["ok"], false);
+  EXPECT_EQ(DoctorJson("", {{advice, {}}}, {}, {}, "")["ok"], true);
+  EXPECT_EQ(DoctorJson("", {{warning, {}}}, {}, {}, "")["ok"], false);
 }
 
 TEST(Fix, LinesAreTypedAsTheyStand) {

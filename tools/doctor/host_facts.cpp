@@ -1,10 +1,12 @@
 #include "tools/doctor/host_facts.h"
 
 #include <grp.h>
+#include <poll.h>
 #include <unistd.h>
 #include <axlecast/driver_status_t.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -14,8 +16,9 @@
 #include "core/config/config_file.h"
 #include "core/messages/lcm_url.h"
 #include "core/messages/message.h"
+#include "platform/net/chrony_port.h"
+#include "platform/net/group_check.h"
 #include "platform/net/lcm_port.h"
-#include "platform/net/multicast_port.h"
 #include "platform/os/system_clock.h"
 #include "tools/monitor/live_machine.h"
 #include "tools/monitor/machine_view.h"
@@ -27,10 +30,30 @@ void ReadGroups(const MachineConfig& machine, NetworkFacts& network) {
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const auto url = ParseLcmUrl(text);
     if (!url || url->in_process) continue;
-    GroupFacts facts{.route = FindMulticastRoute(url->group), .silence = {}};
+    GroupFacts facts;
+    if (url->interface.empty()) {
+      facts.route = FindMulticastRoute(url->group);
+    } else {
+      facts.interface_problem = InterfaceWatch(*url).problem();
+      if (const auto found = FindInterface(url->interface)) facts.route.interface = found->name;
+    }
     if (facts.route.error == 0) facts.silence = ErrorText(CheckMulticast(text));
     network.groups.emplace(text, std::move(facts));
   }
+  network.interfaces = Interfaces();
+}
+
+// Asks the kernel, and chronyd, which answers within 1 ms.
+ClockFacts ReadClock() {
+  const KernelUtc kernel = ReadKernelUtc();
+  ClockFacts facts{.known = kernel.known, .synchronised = kernel.synchronised, .chrony = {}, .utc_ns = 0};
+  ChronyPort port;
+  port.Ask();
+  const SystemClock clock;
+  std::array<pollfd, 1> files = {{{port.FileDescriptor(), POLLIN, 0}}};
+  if (PollUntil(files, clock.Now() + 200 * kMillisecond, clock) > 0) facts.chrony = port.Receive();
+  facts.utc_ns = clock.UtcMicroseconds() * kMicrosecond;
+  return facts;
 }
 
 // Receives the status of drivers, also of other machines.
@@ -274,7 +297,7 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
   }
   host.limits = ReadRealtimeLimits();
   host.processors = ReadProcessors(files);
-  host.clock = ReadClockSync();
+  host.clock = ReadClock();
   host.groups = ReadGroups(files);
   if (machine.file.empty()) return host;
   ReadDisks(machine, host);

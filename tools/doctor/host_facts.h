@@ -10,8 +10,10 @@
 
 #include "core/config/machine_config.h"
 #include "core/messages/machine_filter.h"
+#include "core/time/chrony_packet.h"
 #include "drivers/hal/adapter.h"
 #include "drivers/hal/can_netlink.h"
+#include "platform/net/network_interface.h"
 #include "platform/os/folder.h"
 #include "tools/doctor/host/host.h"
 
@@ -21,12 +23,14 @@ namespace axlecast {
 
 // One LCM URL of the machine.
 struct GroupFacts {
-  MulticastRoute route;
+  MulticastRoute route;           // with an interface in the URL only its name, if it exists
+  std::string interface_problem;  // InterfaceWatch::problem, if the URL names an interface
   std::string silence;  // why no datagram to this host itself came back; empty: it came back, or none was sent
 };
 
 struct NetworkFacts {
   std::map<std::string, GroupFacts> groups;  // by URL
+  std::vector<NetworkInterface> interfaces;
   LoopbackState loopback;
   std::string firewall;                                       // `nft --json list ruleset`; empty: cannot be read
   std::optional<std::int64_t> receive_max;                    // net.core.rmem_max
@@ -53,6 +57,14 @@ struct ProcessorFacts {
   std::string clock_source;                                    // tsc, hpet, ...
 };
 
+// What keeps UNIX time. The kernel knows only that a program does, and learns it from chronyd only with `rtcsync`.
+struct ClockFacts {
+  bool known = false;                    // the kernel has answered
+  bool synchronised = false;             // KernelUtc::synchronised
+  std::optional<ChronyTracking> chrony;  // chronyd has answered
+  std::int64_t utc_ns = 0;               // UNIX time of its answer
+};
+
 struct HostFacts {
   uid_t user = 0;  // of this process
   [[nodiscard]] bool IsRoot() const { return user == 0; }
@@ -64,7 +76,7 @@ struct HostFacts {
   std::map<std::string, std::int64_t> can_queues;  // maximum number of queued frames, by name
   RealtimeLimits limits;
   ProcessorFacts processors;
-  ClockSync clock;
+  ClockFacts clock;
   HostFolder logs;
   std::map<std::string, std::int64_t> log_bytes;           // already on the disk, by name of the log
   HostFolder journal;                                      // of the journal file

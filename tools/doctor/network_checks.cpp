@@ -68,7 +68,12 @@ Symptom InterfaceSymptom(const Group& group) {
                       Run({"ip", "route", "replace", group.url.group + "/32", "dev", "lo"}), AtEveryStart()},
             .safe = true};
   }
-  return {.found = group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but uses lo",
+  const std::string found =
+      group.text + " is for other hosts (ttl=" + std::to_string(group.url.ttl) + "), but uses lo";
+  if (!group.url.interface.empty()) {
+    return {.found = found, .fixes = {Manual("set `lcm: {interface: …}` to the interface to the other hosts")}};
+  }
+  return {.found = found,
           .fixes = {Manual("ip route replace " + group.url.group +
                            "/32 dev INTERFACE    # the interface to the other hosts")}};
 }
@@ -100,8 +105,9 @@ bool AcceptsPort(const Json& rule, std::int64_t port) {
 }
 
 // Returns "FAMILY TABLE CHAIN" for each chain at the input hook that can drop datagrams (its policy is drop, or it has
-// rules) and has no rule that accepts this port. `ruleset`: libnftables-json(5), which contains iptables rules too.
-std::vector<std::string> InputChains(const Json& ruleset, std::int64_t port) {
+// rules) and has no rule that accepts this port. `ruleset`: libnftables-json(5), which contains iptables rules too. `ip`: "ip" or
+// "ip6", the family of nft besides "inet".
+std::vector<std::string> InputChains(const Json& ruleset, std::int64_t port, const std::string& ip) {
   if (!ruleset.is_object() || !ruleset.contains("nftables") || !ruleset["nftables"].is_array()) return {};
   struct Chain {
     bool may_drop = false;
@@ -113,7 +119,7 @@ std::vector<std::string> InputChains(const Json& ruleset, std::int64_t port) {
     const Json& content = object.front();
     const std::string family = Text(content, "family");
     const std::string table = family + ' ' + Text(content, "table") + ' ';
-    if (object.contains("chain") && Text(content, "hook") == "input" && (family == "inet" || family == "ip")) {
+    if (object.contains("chain") && Text(content, "hook") == "input" && (family == "inet" || family == ip)) {
       chains[table + Text(content, "name")].may_drop = Text(content, "policy") == "drop";
     }
     const auto chain = chains.find(table + Text(content, "chain"));
@@ -147,6 +153,36 @@ Symptoms CheckMulticastRoute(const MachineConfig& machine, const HostFacts& host
       GroupsOf(machine, host), [](const Group& group) { return group.facts->route.error != 0; }, &RouteSymptom);
 }
 
+Symptoms CheckLcmInterface(const MachineConfig& machine, const HostFacts& host) {
+  const auto wrong = [](const Group& group) { return !group.facts->interface_problem.empty(); };
+  return ByGroup(GroupsOf(machine, host), wrong, [](const Group& group) -> Symptom {
+    const std::string& problem = group.facts->interface_problem;
+    const std::string& name = group.facts->route.interface;
+    if (problem.ends_with(" up`")) return {.found = problem, .fixes = {Run({"ip", "link", "set", name, "up"})}};
+    return {.found = problem,
+            .fixes = {Manual(
+                "ip -brief address    # what exists; set `lcm: {interface: …}` in the machine file to one")}};
+  });
+}
+
+Symptoms CheckInterfaceChoice(const MachineConfig& machine, const HostFacts& host) {
+  std::vector<std::string> usable;
+  for (const NetworkInterface& each : host.network.interfaces) {
+    if (each.up && each.carrier && !each.loopback) usable.push_back(each.name);
+  }
+  if (usable.size() < 2) return {};
+  Symptoms symptoms;
+  for (const Group& group : GroupsOf(machine, host)) {
+    const std::string& used = group.facts->route.interface;
+    if (group.url.ttl == 0 || !group.url.interface.empty() || used.empty() || used == "lo") continue;
+    symptoms.push_back({.found = "several interfaces are up (" + Listed(usable) + "), and " + group.text +
+                                 " uses the one of its route, " + used,
+                        .fixes = {Manual("lcm: {interface: " + used + "}    # in the machine file")}});
+    break;  // one line of the file serves both URLs
+  }
+  return symptoms;
+}
+
 Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& host) {
   const LoopbackState& loopback = host.network.loopback;
   if (!loopback.known || (loopback.up && loopback.multicast)) return {};
@@ -164,7 +200,8 @@ Symptoms CheckLoopbackMulticast(const MachineConfig& machine, const HostFacts& h
 Symptoms CheckMulticastInterface(const MachineConfig& machine, const HostFacts& host) {
   const auto wrong = [](const Group& group) {
     const std::string& interface = group.facts->route.interface;
-    return !interface.empty() && (group.url.ttl == 0) != (interface == "lo");
+    if (interface.empty() || (group.url.ttl == 0 && !group.url.interface.empty())) return false;
+    return (group.url.ttl == 0) != (interface == "lo");
   };
   return ByGroup(GroupsOf(machine, host), wrong, &InterfaceSymptom);
 }
@@ -188,14 +225,15 @@ Symptoms CheckFirewall(const MachineConfig& machine, const HostFacts& host) {
   for (const Group& group : GroupsOf(machine, host)) {
     // With ttl=0, the datagram to this host itself has shown that the rules accept it.
     if (group.url.ttl == 0 && group.facts->route.error == 0 && group.facts->silence.empty()) continue;
-    for (const std::string& chain : InputChains(ruleset, group.url.port)) {
+    const std::string ip = group.url.IsIPv6() ? "ip6" : "ip";
+    for (const std::string& chain : InputChains(ruleset, group.url.port, ip)) {
       Symptom& symptom = symptoms[chain];
       symptom.safe = false;
       symptom.found += symptom.found.empty() ? "a firewall is active: the " + ChainText(chain) +
                                                    " may drop datagrams to " + group.text
                                              : " and " + group.text;
       symptom.fixes.push_back(Manual("nft insert rule " + chain + " udp dport " + std::to_string(group.url.port) +
-                                     " ip daddr " + group.url.group + " accept"));
+                                     ' ' + ip + " daddr " + group.url.group + " accept"));
     }
   }
   Symptoms found;
@@ -244,7 +282,7 @@ Symptoms CheckLcmLibrary(const MachineConfig& machine, const HostFacts& host) {
                            "(LCM's pull request 628, not in any release up to 1.5.2)"};
   for (const std::string& text : {machine.lcm.url, machine.lcm.command_url}) {
     const auto url = ParseLcmUrl(text);
-    if (!url || url->in_process || url->ttl > 0) continue;
+    if (!url || url->in_process || url->ttl > 0 || url->IsIPv6()) continue;
     symptom.fixes.push_back(Manual("nft add rule inet filter input iifname != lo udp dport " +
                                    std::to_string(url->port) + " drop    # ttl=0: other hosts send nothing to it"));
   }
@@ -259,9 +297,12 @@ std::string OtherPorts(const MachineConfig& machine) {
   const auto moved = [](const std::string& text) {
     const auto url = ParseLcmUrl(text);
     if (!url || url->in_process) return text;
-    return "udpm://" + url->group + ':' + std::to_string(url->port + 10) + "?ttl=" + std::to_string(url->ttl);
+    const std::string group = url->IsIPv6() ? '[' + url->group + ']' : url->group;
+    return "udpm://" + group + ':' + std::to_string(url->port + 10) + "?ttl=" + std::to_string(url->ttl);
   };
-  return "lcm: {url: \"" + moved(machine.lcm.url) + "\", command_url: \"" + moved(machine.lcm.command_url) + "\"}";
+  const std::string interface = UrlOf(machine.lcm.url).interface;
+  return "lcm: {url: \"" + moved(machine.lcm.url) + "\", command_url: \"" + moved(machine.lcm.command_url) + '"' +
+         (interface.empty() ? "" : ", interface: " + interface) + "}";
 }
 
 // Returns a prefix for the channels of a machine. The file allows 16 bytes.
@@ -323,6 +364,16 @@ Symptoms CheckMachineFaults(const MachineConfig& machine, const HostFacts& host)
 constexpr auto kChecks = std::to_array<Check>({
     {"multicast_route", Severity::kError, "the host has a route to LCM's multicast groups",
      "No process of the machine starts: LCM cannot send.", &CheckMulticastRoute},
+    {"lcm_interface", Severity::kError, "the interface of `lcm: {interface}` exists, is up and has a carrier",
+     "LCM sends and receives nothing, or does not reach other hosts. It continues as soon as the interface can be "
+     "used.",
+     &CheckLcmInterface},
+    {"interface_choice", Severity::kWarning,
+     "with a ttl above 0 and several interfaces, the machine file names one",
+     "A change of the routes sends all messages by another interface, and every host with several interfaces must "
+     "have "
+     "the same route.",
+     &CheckInterfaceChoice},
     {"loopback_multicast", Severity::kError, "the loopback interface is up and has its MULTICAST flag",
      "Messages within this host do not arrive, or only at some programs.", &CheckLoopbackMulticast},
     {"multicast_interface", Severity::kWarning, "messages with ttl=0 use lo, others use the network",

@@ -57,6 +57,51 @@ TEST(NetworkChecks, WithATtlMessagesMustLeaveTheHost) {
   EXPECT_FALSE(symptoms[0].safe) << "which interface leads to the others is not known";
 }
 
+// A host with these interfaces, of which LCM uses eth1 for the machine's data.
+HostFacts HostWith(const MachineConfig& machine, std::vector<NetworkInterface> interfaces) {
+  HostFacts host = GoodHost();
+  host.network.groups[machine.lcm.url] = {
+      .route = {.error = 0, .interface = "eth1"}, .interface_problem = "", .silence = ""};
+  host.network.interfaces = std::move(interfaces);
+  return host;
+}
+
+constexpr const char* kOneHop = "lcm: {url: \"udpm://239.255.76.67:7667?ttl=1\"}";
+const NetworkInterface kLo = {.name = "lo", .index = 1, .up = true, .carrier = true, .loopback = true};
+const NetworkInterface kEth0 = {.name = "eth0", .index = 2, .up = true, .carrier = true, .loopback = false};
+const NetworkInterface kEth1 = {.name = "eth1", .index = 3, .up = true, .carrier = true, .loopback = false};
+
+TEST(NetworkChecks, WithSeveralInterfacesTheFileMustNameOne) {
+  const MachineConfig machine = OneAxis("", kOneHop);
+  const Symptoms symptoms = RunCheck("interface_choice", machine, HostWith(machine, {kLo, kEth0, kEth1}));
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(symptoms[0].found, HasSubstr("several interfaces are up (eth0, eth1)"));
+  EXPECT_THAT(LinesOf(symptoms[0]), ElementsAre(StartsWith("lcm: {interface: eth1}")));
+  EXPECT_THAT(RunCheck("interface_choice", machine, HostWith(machine, {kLo, kEth1})), IsEmpty()) << "only one";
+  NetworkInterface unplugged = kEth0;
+  unplugged.carrier = false;
+  EXPECT_THAT(RunCheck("interface_choice", machine, HostWith(machine, {unplugged, kEth1})), IsEmpty());
+  const MachineConfig chosen = OneAxis("", "lcm: {interface: eth1, url: \"udpm://239.255.76.67:7667?ttl=1\"}");
+  EXPECT_THAT(RunCheck("interface_choice", chosen, HostWith(chosen, {kLo, kEth0, kEth1})), IsEmpty());
+  const MachineConfig local = OneAxis("", "lcm: {url: \"udpm://239.255.76.67:7667?ttl=0\"}");
+  EXPECT_THAT(RunCheck("interface_choice", local, HostWith(local, {kLo, kEth0, kEth1})), IsEmpty());
+}
+
+TEST(NetworkChecks, TheProblemOfAChosenInterfaceIsReportedOnce) {
+  const MachineConfig machine = OneAxis("", "lcm: {interface: eth1}");
+  HostFacts host = HostWith(machine, {kLo});
+  EXPECT_THAT(RunCheck("lcm_interface", machine, host), IsEmpty());
+  EXPECT_THAT(RunCheck("multicast_interface", machine, host), IsEmpty()) << "chosen, also with ttl=0";
+  host.network.groups[machine.lcm.command_url] = host.network.groups[machine.lcm.url];
+  for (auto& [url, group] : host.network.groups) {
+    group.interface_problem = "the interface eth1 is down: nothing until `ip link set eth1 up`";
+  }
+  const Symptoms symptoms = RunCheck("lcm_interface", machine, host);
+  ASSERT_EQ(symptoms.size(), 1U);
+  EXPECT_THAT(LinesOf(symptoms[0]), ElementsAre("ip link set eth1 up"));
+  EXPECT_EQ(LcmInterfaces(host).at(machine.lcm.url), "eth1");
+}
+
 TEST(NetworkChecks, ALibraryThatForgedDatagramsBreakIsNamed) {
   HostFacts host = GoodHost();
   EXPECT_THAT(RunCheck("lcm_library", OneAxis(), host), IsEmpty());
@@ -98,7 +143,7 @@ constexpr const char* kFar = "udpm://239.255.76.67:7667?ttl=1";
 // A host whose datagrams for 239.255.76.67:7667 come from the network.
 HostFacts FarHost(const std::string& ruleset) {
   HostFacts host = GoodHost();
-  host.network.groups[kFar] = {.route = {.error = 0, .interface = "eth0"}, .silence = ""};
+  host.network.groups[kFar] = {.route = {.error = 0, .interface = "eth0"}, .interface_problem = "", .silence = ""};
   host.network.firewall = ruleset;
   return host;
 }

@@ -39,7 +39,7 @@ inline HostFacts GoodHost() {
   HostFacts host;
   host.user = 1000;
   for (const char* url : {"udpm://239.255.76.67:7667?ttl=0", "udpm://239.255.76.67:7668?ttl=0"}) {
-    host.network.groups[url] = {.route = {.error = 0, .interface = "lo"}, .silence = ""};
+    host.network.groups[url] = {.route = {.error = 0, .interface = "lo"}, .interface_problem = "", .silence = ""};
   }
   host.network.loopback = {.known = true, .up = true, .multicast = true};
   host.network.receive_max = host.network.receive_default = 64 << 20;

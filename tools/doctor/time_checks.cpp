@@ -6,6 +6,9 @@
 #include <sstream>
 #include <string_view>
 
+#include "core/base/text.h"
+#include "core/time/utc_claim.h"
+
 namespace axlecast {
 namespace {
 
@@ -42,8 +45,8 @@ bool IsFast(const MachineConfig& machine) {
 
 const HostProcess* TimeKeeper(const HostFacts& host) {
   // As truncated in /proc/PID/comm.
-  static constexpr std::array<std::string_view, 5> kKeepers = {"systemd-timesyn", "chronyd", "ntpd", "ntpsec",
-                                                               "phc2sys"};
+  static constexpr std::array<std::string_view, 6> kKeepers = {"systemd-timesyn", "chronyd", "ntpd",
+                                                               "ntpsec",          "phc2sys", "ptp4l"};
   const auto keeper = std::ranges::find_if(
       host.processes, [](const HostProcess& process) { return IsOneOf(process.name, kKeepers); });
   return keeper == host.processes.end() ? nullptr : &*keeper;
@@ -109,6 +112,12 @@ Symptoms CheckClockSource(const MachineConfig& machine, const HostFacts& host) {
 }
 
 Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
+  if (const auto& chrony = host.clock.chrony) {
+    // A server of a cell may have its own clock as reference.
+    if (chrony->FollowsReference() || chrony->reference_id == ChronyTracking::kLocalReference) return {};
+    return {{.found = "chronyd runs, but follows no server or reference clock",
+             .fixes = {Manual("chronyc sources    # shows its servers")}}};
+  }
   if (!host.clock.known || host.clock.synchronised) return {};
   const HostProcess* const keeper = TimeKeeper(host);
   if (keeper == nullptr) {
@@ -134,12 +143,26 @@ constexpr auto kChecks = std::to_array<Check>({
     {"clock_source", Severity::kAdvice,
      "if a bus is polled at 1 kHz or has a priority, the kernel has a fast clock source",
      "Reading the clock takes about 1 us instead of 30 ns.", &CheckClockSource},
-    {"clock_sync", Severity::kWarning, "UNIX time is synchronised",
+    {"clock_sync", Severity::kWarning, "a program keeps UNIX time, and follows a server or a reference clock",
      "Timestamps in messages and logs drift, differ between hosts, and may step. Commands of other hosts expire.",
      &CheckClockSync},
 });
 
 }  // namespace
+
+std::string ClockText(const HostFacts& host) {
+  if (const auto& chrony = host.clock.chrony) {
+    const UtcClaim claim = ClaimOfChrony(*chrony, host.clock.utc_ns);
+    const std::string from = claim.reference.empty() ? "" : " from " + claim.reference;
+    if (claim.half_width_ns < 0) return "kept by chronyd" + from + ", without a claim";
+    return "kept by chronyd" + from + ", which claims +-" +
+           Text("%.3f", static_cast<double>(claim.half_width_ns) * 1e-6) + " ms";
+  }
+  if (!host.clock.known || !host.clock.synchronised) return "not kept by a program that the kernel knows of";
+  const HostProcess* const keeper = TimeKeeper(host);
+  return "kept by " + (keeper == nullptr ? "a program that is not visible here" : keeper->name) +
+         ", which states no bound of its error";
+}
 
 std::span<const Check> TimeChecks() { return kChecks; }
 

@@ -66,5 +66,21 @@ TEST(TimeChecks, AnUnsynchronisedClockNamesWhoShouldKeepIt) {
   EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host), IsEmpty());
 }
 
+// Without `rtcsync`, chronyd leaves the kernel in the belief that nothing keeps the clock.
+TEST(TimeChecks, ChronydIsAskedBeforeTheKernel) {
+  HostFacts host = GoodHost();
+  host.clock.synchronised = false;
+  host.clock.chrony = ChronyTracking{.reference_id = 0x0A000001, .reference = "10.0.0.1", .root_delay_s = 40e-6};
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host), IsEmpty());
+  EXPECT_EQ(ClockText(host), "kept by chronyd from 10.0.0.1, which claims +-0.020 ms");
+  host.clock.synchronised = true;
+  host.clock.chrony->leap = ChronyTracking::kNotSynchronised;
+  EXPECT_THAT(RunCheck("clock_sync", OneAxis(), host).at(0).found,
+              HasSubstr("chronyd runs, but follows no server"));
+  host.clock.chrony.reset();
+  host.processes = {{2, "ptp4l", {}}};
+  EXPECT_EQ(ClockText(host), "kept by ptp4l, which states no bound of its error");
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -12,6 +12,7 @@
 #include "core/base/text.h"
 #include "core/device/reading.h"
 #include "core/messages/enum_names.h"
+#include "tools/monitor/time_agreement.h"
 
 namespace axlecast {
 namespace {
@@ -421,6 +422,21 @@ void AddHosts(Exposition& out, const MachineView& machine, MonoNs now) {
     const double half_width = static_cast<double>(host.quality.half_width_ns) * 1e-9;
     out.Add({{"host", host.name}}, host.Claims(now) ? half_width : std::numeric_limits<double>::quiet_NaN());
   }
+  out.Family("axlecast_utc_half_width_seconds", Type::kGauge,
+             "Half width of what the daemon that keeps UNIX time claims about UTC; NaN without a claim.");
+  for (const HostView& host : machine.hosts()) {
+    const bool claims = host.State(now) && host.quality.utc_half_width_ns >= 0;
+    const double half_width = static_cast<double>(host.quality.utc_half_width_ns) * 1e-9;
+    out.Add({{"host", host.name}}, claims ? half_width : std::numeric_limits<double>::quiet_NaN());
+  }
+  out.Family(
+      "axlecast_unix_clock_ahead_seconds", Type::kGauge,
+      "How far UNIX time of the host is ahead of that of the root of the time base; NaN if it is not known.");
+  for (const HostView& host : machine.hosts()) {
+    const auto ahead = DifferenceToRoot(machine, host, now);
+    out.Add({{"host", host.name}},
+            ahead ? static_cast<double>(ahead->ns) * 1e-9 : std::numeric_limits<double>::quiet_NaN());
+  }
   out.Family("axlecast_time_epochs_total", Type::kCounter,
              "Times that the clock of the host or its base broke since its service started.");
   for (const HostView& host : machine.hosts()) out.Add({{"host", host.name}}, std::int64_t{host.quality.epoch});
@@ -473,6 +489,10 @@ void AddReception(Exposition& out, const Monitor& monitor) {
   out.Add({{"kind", "bus"}}, CountUnlisted(monitor.machine().buses()));
   out.Add({{"kind", "recorder"}}, CountUnlisted(monitor.recorders()));
   const ReceptionCounts& reception = monitor.machine().reception();
+  out.Family(
+      "axlecast_lcm_network_usable", Type::kGauge,
+      "1 if this process receives by the interface of the machine's file, 0 if the interface is missing or down.");
+  out.Add({}, std::int64_t{reception.network.empty()});
   out.Family("axlecast_kernel_dropped_datagrams_total", Type::kCounter,
              "Datagrams that the kernel dropped because this process's receive buffer was full.");
   out.Add({}, reception.dropped);

@@ -10,6 +10,7 @@
 #include "core/base/spelling.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/message.h"
+#include "tools/monitor/time_agreement.h"
 
 namespace axlecast {
 namespace {
@@ -400,6 +401,8 @@ const DeviceView* MachineView::FindDevice(std::string_view name) const { return 
 
 std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
   std::vector<std::string> faults;
+  if (const std::string& network = machine.reception().network; !network.empty())
+    faults.push_back("LCM: " + network);
   AddSilentHosts(machine, now, faults);
   for (const DeviceView& device : machine.devices()) {
     if (device.listed) AddDevice(device, now, faults);
@@ -419,6 +422,7 @@ std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
     }
   }
   AddHosts(machine, now, faults);
+  for (std::string& fault : UtcFaults(machine, now)) faults.push_back(std::move(fault));
   return faults;
 }
 

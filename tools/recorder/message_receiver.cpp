@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "platform/net/group_check.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -185,6 +186,7 @@ ReceiverCounts MessageReceiver::counts() const {
     counts.lost += source.receiver.lost();
     counts.not_lcm += source.receiver.malformed();
     counts.kernel_dropped += source.dropped;
+    if (counts.network.empty()) counts.network = source.port.network_problem();
     const std::vector<SenderCount> senders = source.receiver.senders();
     counts.senders.insert(counts.senders.end(), senders.begin(), senders.end());
   }

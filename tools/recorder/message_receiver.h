@@ -77,6 +77,7 @@ struct ReceiverCounts {
   std::int64_t not_lcm = 0;            // datagrams that are not LCM's
   std::vector<SenderCount> senders;    // greatest loss first; overflow counts as lost
   std::vector<OtherMachine> machines;  // other machines whose messages were refused, and are arriving
+  std::string network;                 // ReceptionCounts::network
 };
 
 // Counts the messages of each sender that found no space in the queue. Senders can be invented, so their number is limited:

@@ -9,11 +9,7 @@
 namespace axlecast {
 namespace {
 
-SenderAddress Sender(std::uint32_t number) {
-  SenderAddress sender{};
-  sender.address = number;
-  return sender;
-}
+SenderAddress Sender(std::uint32_t number) { return SenderAddress::OfIPv4(number, 0); }
 
 TEST(OverflowTally, CountsTheSendersThatCameFirstHoweverManyAreInvented) {
   OverflowTally tally;

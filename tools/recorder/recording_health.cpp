@@ -5,6 +5,8 @@
 
 #include "core/alarm/alarm_codes.h"
 #include "core/base/text.h"
+#include "core/messages/lcm_url.h"
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {
@@ -27,15 +29,6 @@ std::string EndOf(const std::string& path) {
 }
 
 }  // namespace
-
-std::string SenderText(const SenderAddress& sender) {
-  std::string text;
-  for (int shift = 24; shift >= 0; shift -= 8) {
-    text += std::to_string(sender.address >> shift & 0xff);
-    text += shift > 0 ? '.' : ':';
-  }
-  return text + std::to_string(sender.port);
-}
 
 recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs now, std::int64_t utime,
                                         bool stopping) {
@@ -73,6 +66,8 @@ recorder_health_t RecordingHealth::Make(const RecordingStatus& status, MonoNs no
   health.n_senders = static_cast<std::int8_t>(health.senders.size());
   health.last_error = CappedText(status.disk.last_error, kErrorBytes);
   health.last_error_utime = status.disk.last_error_utime;
+  for (; health.getEncodedSize() > kMaxMessage && health.n_senders > 0; --health.n_senders)
+    health.senders.pop_back();
   return health;
 }
 

@@ -31,9 +31,6 @@ class RecordingHealth {
   std::int64_t bytes_before_ = 0;
 };
 
-// Returns, for example, "192.0.2.1:40123".
-[[nodiscard]] std::string SenderText(const SenderAddress& sender);
-
 // Makes the message that a recorder publishes on ALARM/recorder/<name>.
 class RecordingAlarms {
  public:

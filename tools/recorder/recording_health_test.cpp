@@ -25,7 +25,7 @@ TEST(RecordingHealth, TellsRatesLossesAndSenders) {
   status.receiver.lost = 3;
   status.receiver.overflow = 2;
   status.receiver.kernel_dropped = 4;
-  status.receiver.senders = {{{0x7f000001, 40'001}, 390, 5, 0}};
+  status.receiver.senders = {{SenderAddress::OfIPv4(0x7f000001, 40'001), 390, 5, 0}};
   status.disk.file = "/var/log/press3.lcm";
   const recorder_health_t made = health.Make(status, 3 * kSecond, 2, false);
   EXPECT_EQ(made.seq, 1);
@@ -61,12 +61,20 @@ TEST(RecordingHealth, AlwaysFitsADatagram) {
   RecordingStatus status = Status(1);
   status.disk.file = std::string(4'000, '/');
   status.disk.last_error = std::string(4'000, 'e');
-  for (std::uint16_t i = 0; i < 1'000; ++i) status.receiver.senders.push_back({{0xffffffff, 65'535}, 1, 1, 1});
-  const recorder_health_t made = health.Make(status, kSecond, 1, false);
+  for (std::uint16_t i = 0; i < 1'000; ++i) {
+    status.receiver.senders.push_back({SenderAddress::OfIPv4(0xffffffff, 65'535), 1, 1, 1});
+  }
+  recorder_health_t made = health.Make(status, kSecond, 1, false);
   EXPECT_EQ(made.n_senders, 16);
   EXPECT_EQ(made.total_senders, 1'000);
   EXPECT_EQ(made.file.size(), 200U);
   EXPECT_LE(made.getEncodedSize(), kMaxMessage);
+  for (SenderCount& sender : status.receiver.senders) sender.sender.address.fill(0xfd);
+  made = health.Make(status, kSecond, 1, false);
+  EXPECT_GT(made.n_senders, 8);
+  EXPECT_EQ(static_cast<std::size_t>(made.n_senders), made.senders.size());
+  EXPECT_EQ(made.total_senders, 1'000);
+  EXPECT_LE(made.getEncodedSize(), kMaxMessage) << "an IPv6 address has twice the length";
 }
 
 using ::testing::ElementsAre;

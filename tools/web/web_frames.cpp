@@ -318,6 +318,7 @@ std::string StateFrame(const Monitor& monitor, WebTimestamp now) {
                     {{"dropped", reception.dropped},
                      {"outside", reception.outside},
                      {"malformed", reception.malformed},
+                     {"network", reception.network},
                      {"turned_away", monitor.machine().turned_away()}}}});
 }
 

@@ -46,15 +46,17 @@ std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& se
 
 // Returns the exit code of the process.
 int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands, const LcmPort& port,
-            const StopSignal& stop, spdlog::logger& log) {
+            const LcmPort& data, const StopSignal& stop, spdlog::logger& log) {
   Supervision supervision;
   ReceptionReport reception;
   supervision.Ready();
   while (!stop.Requested() && !commands.failed() && driver.LineTaken().empty()) {
     const MonoNs now = driver.RunOnce();
     supervision.Progress(now);
-    if (reception.Changed(port.received())) {
-      const std::string lost = reception.NextLine(port.received(), now, port.warning());
+    ReceptionCounts counts = port.received();
+    counts += data.received();
+    if (reception.Changed(counts)) {
+      const std::string lost = reception.NextLine(counts, now, port.warning());
       if (!lost.empty()) log.warn("{}", lost);
     }
   }
@@ -117,7 +119,7 @@ int RunDriver(const MachineConfig& machine, const BusConfig& bus, bool verbose,
   // After the command thread has started: it keeps normal scheduling.
   const auto warnings = ApplyRealtime(bus.realtime.priority, bus.realtime.cpu, bus.realtime.lock_memory);
   for (const std::string& warning : warnings) log->warn("{}", warning);
-  return RunLoop(driver, bus, command_thread, commands, stop, *log);
+  return RunLoop(driver, bus, command_thread, commands, data, stop, *log);
 }
 
 }  // namespace axlecast

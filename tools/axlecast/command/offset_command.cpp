@@ -68,7 +68,7 @@ int Capture(const MachineConfig& machine, const Options& options) {
   if (!capture.state()) return Fail(options.device + ": " + capture.state().error().text, kExitRejected);
   if (!capture.done()) {
     return Fail(options.device + ": " + std::to_string(capture.count()) +
-                    " valid readings, then none for 10 s: axlecast status shows why",
+                    " valid readings, then none for 10 s: axlecast status shows why" + NetworkNote(port.received()),
                 kExitNoAnswer);
   }
   Show(capture.Json(options.device, options.value), capture.Text(options.device, options.value), options.json);

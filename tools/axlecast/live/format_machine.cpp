@@ -273,10 +273,19 @@ Json ReceptionJson(const ReceptionCounts& counts) {
   return {{"dropped", counts.dropped},
           {"outside", counts.outside},
           {"malformed", counts.malformed},
-          {"other_machines", std::move(machines)}};
+          {"other_machines", std::move(machines)},
+          {"network", counts.network}};
 }
 
-// "cell2                    time      +-0.312 ms of plc1".
+// "; UTC +-0.020 ms from 10.0.0.1 (chrony)", or no text if nothing is claimed of UTC.
+std::string UtcText(const time_quality_t& quality) {
+  if (quality.utc_half_width_ns < 0) return "";
+  const std::string reference = quality.utc_reference.empty() ? "" : " from " + Printable(quality.utc_reference);
+  return "; UTC +-" + Decimal(static_cast<double>(quality.utc_half_width_ns) * 1e-6, 3) + " ms" + reference +
+         (quality.utc_source == time_quality_t::SOURCE_PTP ? " (PTP, time: ptp_bound_us)" : " (chrony)");
+}
+
+// "cell2                    time      +-0.312 ms of plc1; UTC +-0.020 ms from 10.0.0.1 (chrony)".
 std::string HostRow(const HostView& host, MonoNs now) {
   const time_quality_t& quality = host.quality;
   std::string claim = "no claim: " + Printable(quality.reason);
@@ -288,6 +297,7 @@ std::string HostRow(const HostView& host, MonoNs now) {
     claim =
         "+-" + Decimal(static_cast<double>(quality.half_width_ns) * 1e-6, 3) + " ms of " + Printable(quality.root);
   }
+  if (host.State(now)) claim += UtcText(quality);
   return Left(host.name, 24) + " time      " + claim + '\n';
 }
 

@@ -12,6 +12,7 @@
 
 #include "core/base/result.h"
 #include "core/base/text.h"
+#include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
@@ -86,6 +87,11 @@ Result<> CheckInstalled(const std::string& types) {
 
 // Starts Java directly: the launcher of Debian 12 passes -Xincgc, which Java 17 refuses.
 int Spy(const MachineConfig& machine, const Options& options) {
+  if (const auto url = ParseLcmUrl(machine.lcm.url); url && url->IsIPv6()) {
+    return Fail(
+        "lcm-spy receives IPv4 groups only, and the machine has " + machine.lcm.url + ": use axlecast watch",
+        kExitBad);
+  }
   const std::string types = TypesJar();
   if (const auto installed = CheckInstalled(types); !installed) return Fail(installed.error().text, kExitBad);
   const std::vector<std::string> argv = {"java", "-Djava.net.preferIPv4Stack=true", "-cp",

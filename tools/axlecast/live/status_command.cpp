@@ -67,7 +67,7 @@ int Info(Options options) {
   if (gathered) gathered = GatherLimits(options, live, clock, known);
   if (!gathered) return Fail(gathered.error().text, kExitBad);
   const DeviceView& device = *live.view().FindDevice(name);
-  if (!device.info) return Fail(NoAnswer(device), kExitNoAnswer);
+  if (!device.info) return Fail(NoAnswer(device) + NetworkNote(live.view().reception()), kExitNoAnswer);
   Show(InfoJson(device), InfoText(device, clock.Now()), options.json);
   return kExitDone;
 }

@@ -248,7 +248,7 @@ class Watch {
   [[nodiscard]] std::string Shortage() const {
     if (messages_.shown() > 0) return "fewer messages came than asked for";
     const std::string others = messages_.OtherChannels();
-    if (others.empty()) return "no message came: is the machine up, on this URL?";
+    if (others.empty()) return "no message came: is the machine up, on this URL?" + NetworkNote(Received());
     return "--channel " + Quoted(options_.channel) + " is found in the name of no channel; messages came on " +
            others;
   }

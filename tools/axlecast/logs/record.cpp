@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "core/base/text.h"
 #include "core/messages/json/field.h"
+#include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/recorder/recording_health.h"

@@ -179,6 +179,12 @@ class RecordRun {
       const recorder_health_t health = log.PublishHealth(health_port_, stopping, errors);
       lines += (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health);
     }
+    // All logs receive from the same URLs.
+    const std::string network = logs_.front().session.status().receiver.network;
+    if (network != shown_network_) {
+      errors.push_back("LCM: " + (network.empty() ? "the network can be used again" : network));
+      shown_network_ = network;
+    }
     if (!errors.empty()) live_.Clear();
     for (const std::string& error : errors) std::cerr << error << '\n';
     live_.Draw(lines);
@@ -209,6 +215,7 @@ class RecordRun {
   Supervision supervision_;
   LcmPort health_port_;
   std::list<LogRecording> logs_;
+  std::string shown_network_;
   MonoNs next_health_ = 0;
 };
 

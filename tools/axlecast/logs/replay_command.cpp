@@ -266,6 +266,8 @@ int RunReplay(ReplayOptions options) {
   for (const LcmPort* port : {&data, &commands}) {
     if (!port->problem().empty()) return Fail(port->problem(), kExitBad);
   }
+  if (const std::string network = data.received().network; !network.empty())
+    std::cerr << "LCM: " << network << '\n';
   const bool shows = isatty(STDERR_FILENO) == 1;
   if (shows && TerminalKeys::Usable()) std::cerr << kReplayKeysHelp << '\n';
   const ReplayRange range = FindRange(logs.bytes(), options.range);

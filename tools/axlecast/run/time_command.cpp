@@ -20,6 +20,8 @@
 #include "core/messages/message.h"
 #include "core/time/time_keeper.h"
 #include "core/time/time_packet.h"
+#include "core/time/utc_claim.h"
+#include "platform/net/chrony_port.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/time_port.h"
 #include "platform/os/process.h"
@@ -125,6 +127,22 @@ class TimeService {
     if (!sent) ++unanswered_;
   }
 
+  // Returns what the daemon that keeps UNIX time claims. chronyd is asked once a second.
+  UtcClaim Utc(const KernelUtc& kernel) {
+    const MonoNs now = clock_.Now();
+    if (auto tracking = chrony_.Receive()) {
+      tracking_ = std::move(*tracking);
+      tracked_ = now;
+    }
+    if (now >= next_question_) {
+      chrony_.Ask();
+      next_question_ = now + kSecond;
+    }
+    if (tracking_ && now - tracked_ > UtcClaim::kFresh) tracking_.reset();
+    return tracking_ ? ClaimOfChrony(*tracking_, clock_.UtcMicroseconds() * kMicrosecond)
+                     : ClaimOfPtp(time_.ptp_bound_us, kernel.synchronised);
+  }
+
   template <typename Report>
   void Publish(const Report& report, Supervision& supervision) {
     keeper_.OnClocks(ReadHostClocks());
@@ -138,10 +156,13 @@ class TimeService {
     message.unanswered = unanswered_;
     const KernelUtc utc = ReadKernelUtc();
     message.tai_offset_s = utc.tai_offset_s;
+    DescribeUtc(Utc(utc), ReadUtc(), message);
     message.flags = (utc.leap_today ? Q::FLAG_LEAP_TODAY : 0) | (virtual_machine_ ? Q::FLAG_VIRTUAL_MACHINE : 0);
     static_cast<void>(axlecast::Publish(messages_, "TIME/" + host_, message));
     static_cast<void>(axlecast::Publish(to_drivers_, "DRIVER_TIME/" + host_, message));
     supervision.Progress(clock_.Now());
+    const std::string network = reception_.NextLine(messages_.received(), clock_.Now());
+    if (!network.empty()) std::cerr << Printable(host_ + ": " + network) << '\n';
     if (reported_ && reported_->state == message.state && reported_->epoch == message.epoch &&
         reported_->reason == message.reason)
       return;
@@ -155,13 +176,17 @@ class TimeService {
   SystemClock clock_;
   Origin origin_;
   LcmPort messages_;
-  LcmPort
-      to_drivers_;  // the command port: drivers receive the claims of their host there, without the positions of the machine
+  LcmPort to_drivers_;  // the command port, which drivers receive; not the positions of the machine
+  ReceptionReport reception_;
   std::optional<TimePort> port_;
   TimeKeeper keeper_;
   const bool virtual_machine_;
   std::int64_t seq_ = 0;
   std::int64_t nonce_ = 0;
+  ChronyPort chrony_;
+  std::optional<ChronyTracking> tracking_;
+  MonoNs tracked_ = 0;
+  MonoNs next_question_ = 0;
   std::optional<MonoNs> asked_;  // CLOCK_MONOTONIC_RAW of the request that has no answer yet
   std::int64_t unanswered_ = 0;
   std::optional<time_quality_t> reported_;

@@ -16,7 +16,7 @@
 #include "core/base/text.h"
 #include "core/config/hosts.h"
 #include "core/config/machine_config.h"
-#include "platform/net/multicast_port.h"
+#include "platform/net/group_check.h"
 #include "platform/os/folder.h"
 #include "platform/os/process.h"
 #include "platform/os/system_clock.h"

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,7 +66,13 @@ Result<> CheckNames(const DoctorOptions& options) {
   return {};
 }
 
-std::vector<Diagnosis> Examine(const DoctorOptions& options, const MachineConfig& machine) {
+struct Examination {
+  std::vector<Diagnosis> diagnoses;
+  std::map<std::string, std::string> interfaces;  // LcmInterfaces
+  std::string clock;                              // ClockText
+};
+
+Examination Examine(const DoctorOptions& options, const MachineConfig& machine) {
   const auto selected = [&options](const Check& check) {
     return (options.only.empty() || Contains(options.only, check.name)) && !Contains(options.skip, check.name);
   };
@@ -75,7 +82,8 @@ std::vector<Diagnosis> Examine(const DoctorOptions& options, const MachineConfig
   reading.listen = needs("other_machine") || needs("duplicate_driver") || reading.read_machine
                        ? static_cast<MonoNs>(options.listen_s * static_cast<double>(kSecond))
                        : 0;
-  return Diagnose(machine, ReadHost(machine, reading), selected);
+  const HostFacts host = ReadHost(machine, reading);
+  return {Diagnose(machine, host, selected), LcmInterfaces(host), ClockText(host)};
 }
 
 // Applies the safe fixes and adds them to `applied`. After a failure, the further fixes of the same diagnosis are skipped.
@@ -101,11 +109,19 @@ bool AnySafe(const std::vector<Diagnosis>& diagnoses) {
   return std::any_of(diagnoses.begin(), diagnoses.end(), [](const Diagnosis& one) { return one.symptom.safe; });
 }
 
-void Report(const DoctorOptions& options, const MachineConfig& machine, const std::vector<Diagnosis>& diagnoses,
+void Report(const DoctorOptions& options, const MachineConfig& machine, const Examination& examination,
             const std::vector<std::string>& applied) {
+  const std::vector<Diagnosis>& diagnoses = examination.diagnoses;
   if (options.json) {
-    std::cout << JsonLine(DoctorJson(machine.file, diagnoses, applied)) << '\n';
+    std::cout << JsonLine(DoctorJson(machine.file, diagnoses, applied, examination.interfaces, examination.clock))
+              << '\n';
     return;
+  }
+  if (options.only.empty()) {
+    for (const auto& [url, interface] : examination.interfaces) {
+      if (!interface.empty()) std::cout << url << " uses " << Printable(interface) << '\n';
+    }
+    std::cout << "UNIX time is " << Printable(examination.clock) << '\n';
   }
   for (const std::string& line : applied) std::cout << "done: " << line << '\n';
   for (const Diagnosis& diagnosis : diagnoses) std::cout << DiagnosisText(diagnosis);
@@ -132,15 +148,15 @@ int Doctor(const DoctorOptions& options) {
     if (!part) return Fail(part.error().text, kExitBad);
     machine = std::move(*part);
   }
-  std::vector<Diagnosis> diagnoses = Examine(options, machine);
+  Examination examination = Examine(options, machine);
   std::vector<std::string> applied;
-  if (options.fix && AnySafe(diagnoses)) {
+  if (options.fix && AnySafe(examination.diagnoses)) {
     if (!options.yes && !CanAsk("doctor --fix")) return kExitUsage;
-    ApplyFixes(options, diagnoses, applied);
-    if (!applied.empty()) diagnoses = Examine(options, machine);
+    ApplyFixes(options, examination.diagnoses, applied);
+    if (!applied.empty()) examination = Examine(options, machine);
   }
-  Report(options, machine, diagnoses, applied);
-  return AdviceAlone(diagnoses) ? kExitDone : kExitBad;
+  Report(options, machine, examination, applied);
+  return AdviceAlone(examination.diagnoses) ? kExitDone : kExitBad;
 }
 
 }  // namespace
@@ -168,7 +184,8 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
       ->type_name("DIR")
       ->check(CLI::ExistingDirectory);
   command->add_flag("--list", options->list, "List all checks, and check nothing");
-  command->add_flag("--json", options->json, "Print one object: file, ok, findings, `mended`; with --list: checks");
+  command->add_flag("--json", options->json,
+                    "Print one object: file, ok, findings, `mended`, interfaces, clock; with --list: checks");
   command->footer(kExamples);
   command->callback([options, &exit_code] { exit_code = Doctor(*options); });
 }

@@ -57,9 +57,9 @@ class Acceptance {
     if (const Result<> listening = Listen(); !listening) return Fail(listening.error().text, kExitFailed);
     const auto complete = [this] { return watch_.Complete(); };
     if (!Gather(kFirstMessages, complete, "") || !watch_.Complete()) {
-      return Fail(
-          options_.device + ": no message received; is its driver running? (axlecast driver " + bus_.name + ")",
-          stop_.Requested() ? kExitRejected : kExitNoAnswer);
+      return Fail(options_.device + ": no message received; is its driver running? (axlecast driver " + bus_.name +
+                      ")" + NetworkNote(port_.received()),
+                  stop_.Requested() ? kExitRejected : kExitNoAnswer);
     }
     const MonoNs time = static_cast<MonoNs>(std::llround(options_.seconds * 1e9));
     const auto never = [] { return false; };

@@ -12,7 +12,6 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
-#include <sys/timex.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
@@ -280,12 +279,6 @@ RealtimeLimits ReadRealtimeLimits() {
   if (getrlimit(RLIMIT_RTPRIO, &priority) != 0 || getrlimit(RLIMIT_MEMLOCK, &locked) != 0) return {};
   return {.priority = static_cast<std::int64_t>(std::min<rlim_t>(priority.rlim_cur, 99)),
           .locked_bytes = locked.rlim_cur == RLIM_INFINITY ? -1 : static_cast<std::int64_t>(locked.rlim_cur)};
-}
-
-ClockSync ReadClockSync() {
-  timex answer{};  // modes 0: changes nothing
-  const int state = adjtimex(&answer);
-  return {.known = state >= 0, .synchronised = state >= 0 && state != TIME_ERROR};
 }
 
 }  // namespace axlecast

@@ -94,11 +94,4 @@ struct RealtimeLimits {
 };
 [[nodiscard]] RealtimeLimits ReadRealtimeLimits();
 
-// Whether a service synchronises UNIX time (adjtimex(2)).
-struct ClockSync {
-  bool known = false;
-  bool synchronised = false;
-};
-[[nodiscard]] ClockSync ReadClockSync();
-
 }  // namespace axlecast

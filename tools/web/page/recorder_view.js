@@ -62,15 +62,16 @@ class RecorderCard {
   }
 }
 
-// What the page's server lost or refused of LCM's datagrams; empty when nothing.
+// What the page's server lost or refused of LCM's datagrams, and why it receives none; empty when nothing.
 function receptionText(reception) {
   const parts = [
     [reception?.dropped, "lost because the page's server was too slow"],
     [reception?.outside, "from other hosts refused"],
     [reception?.malformed, "malformed"],
   ].filter(([number]) => number > 0);
-  if (parts.length === 0) return "";
-  return `Datagrams at the page's server: ${parts.map(([number, what]) => `${count(number)} ${what}`).join(", ")}.`;
+  const network = reception?.network ? `LCM: ${reception.network}. ` : "";
+  if (parts.length === 0) return network;
+  return `${network}Datagrams at the page's server: ${parts.map(([number, what]) => `${count(number)} ${what}`).join(", ")}.`;
 }
 
 export class RecorderView {
