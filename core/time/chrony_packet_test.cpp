@@ -84,7 +84,7 @@ TEST(ChronyPacket, OtherDatagramsAreRefused) {
   Bytes longer = kReply;
   longer.push_back(0);
   EXPECT_FALSE(DecodedTracking(longer, kSequence));
-  for (const std::size_t at : {0, 1, 4, 5, 6, 7, 8, 9, 16, 19}) {
+  for (const std::size_t at : std::vector<std::size_t>{0, 1, 4, 5, 6, 7, 8, 9, 16, 19}) {
     Bytes changed = kReply;
     changed[at] ^= 0x40U;
     EXPECT_FALSE(DecodedTracking(changed, kSequence)) << at;

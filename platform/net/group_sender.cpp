@@ -19,6 +19,7 @@ constexpr std::size_t kMaxFragment = 65'487;
 constexpr std::size_t kMaxFragments = 65'535;
 
 constexpr MonoNs kLookInterval = 500 * kMillisecond;
+constexpr MonoNs kErrorStays = 2 * kSecond;
 constexpr MonoNs kLookAgain = 100 * kMillisecond;  // while nothing can be sent
 
 void Put16(std::uint8_t* at, std::uint32_t value) {
@@ -46,7 +47,9 @@ std::size_t PutChannel(Head& head, std::size_t at, std::string_view channel) {
 GroupSender::GroupSender(const LcmUrl& url)
     : group_(url), group_text_(url.group), socket_(OpenGroupSocket(group_)) {
   if (!url.interface.empty()) watch_.emplace(url);
-  if (!socket_.valid() || !SetTtl(socket_.get(), group_, url.ttl)) send_error_ = errno;
+  if (socket_.valid() && SetTtl(socket_.get(), group_, url.ttl)) return;
+  send_error_ = errno;
+  failed_ = clock_.Now();
 }
 
 bool GroupSender::Follow() {
@@ -115,15 +118,17 @@ bool GroupSender::SendDatagram(Bytes head, Bytes part) {
     sent = sendmsg(socket_.get(), &datagram, 0);
   } while (sent < 0 && errno == EINTR);
   send_error_ = sent < 0 ? errno : 0;
-  if (send_error_ != 0 && IsInterfaceError(send_error_))
-    next_look_ = std::min(next_look_, clock_.Now() + kLookAgain);
-  return sent >= 0;
+  if (sent >= 0) return true;
+  failed_ = clock_.Now();
+  if (IsInterfaceError(send_error_)) next_look_ = std::min(next_look_, failed_ + kLookAgain);
+  return false;
 }
 
-std::string GroupSender::problem() const {
+std::string GroupSender::Problem() {
   const std::scoped_lock lock(mutex_);
+  static_cast<void>(Follow());  // also if nothing is sent
   if (watch_ && !watch_->problem().empty()) return watch_->problem();
-  if (send_error_ == 0) return "";
+  if (send_error_ == 0 || clock_.Now() > failed_ + kErrorStays) return "";
   return "messages to " + group_text_ + " cannot be sent: " + std::strerror(send_error_);
 }
 

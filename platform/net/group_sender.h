@@ -27,8 +27,9 @@ class GroupSender {
   // room for it.
   [[nodiscard]] bool Send(std::string_view channel, Bytes message);
 
-  // Returns why messages cannot be sent, or do not reach other hosts; empty: they do.
-  [[nodiscard]] std::string problem() const;
+  // Returns why messages cannot be sent, or do not reach other hosts; empty: they do, as far as the interface and the messages of the
+  // last 2 s show.
+  [[nodiscard]] std::string Problem();
 
  private:
   // Returns false if the URL names an interface that does not exist.
@@ -40,13 +41,14 @@ class GroupSender {
   const GroupAddress group_;
   const std::string group_text_;
   const SystemClock clock_;
-  mutable std::mutex mutex_;  // of what follows: all fragments of a message are sent together
+  std::mutex mutex_;  // of what follows: all fragments of a message are sent together
   Descriptor socket_;
   std::optional<InterfaceWatch> watch_;
   unsigned outgoing_ = 0;
   MonoNs next_look_ = 0;
   std::uint32_t sequence_ = 0;
   int send_error_ = 0;  // errno of the last datagram; 0: it was sent
+  MonoNs failed_ = 0;   // instant of send_error_
 };
 
 }  // namespace axlecast
