@@ -17,7 +17,7 @@ WORLDS = [
     ("serial line", r"termios|termbits|\bTIOC[A-Z]+",
      r"(drivers/hal/(serial_port|adapter|pty|line_guard)(_test)?|platform/os/terminal(_test)?)\.(cpp|h)|bench/.*"),
     ("clock", r"clock_gettime|std::chrono|\bgettimeofday|\bclock_nanosleep|std::this_thread::sleep",
-     r"platform/os/system_clock\.cpp|client/example/.*|bench/.*"),
+     r"platform/os/system_clock\.cpp|tests/time_guests/clock_(agent|oracle)\.cpp|client/example/.*|bench/.*"),
     ("SPI", r"linux/spi", r"drivers/hal/spi_port\.cpp|tests/vm/cuse_spidev\.cpp"),
     ("CAN", r"#include <linux/can", r"drivers/hal/can_(socket|netlink)\.cpp"),
     ("Modbus", r"#include <modbus", r"drivers/hal/modbus_port\.cpp"),
@@ -25,7 +25,7 @@ WORLDS = [
     ("GPIO", r"gpiod\.h", r"drivers/hal/pulse_lines(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
      r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host\.cpp"
-     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|bench/.*"),
+     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|tests/time_guests/clock_page\.h|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),
     ("systemd", r"systemd/", r"platform/os/process\.cpp"),

@@ -9,6 +9,7 @@ import tempfile
 
 # What the guest needs beyond what Debian builds in; modprobe adds what these need themselves.
 MODULES = ["virtio_pci", "9pnet_virtio", "9p", "overlay",  # the host's files
+           "virtio_net",                                   # tests/time_guests
            "kvaser_pci", "slcan", "can_raw", "vcan",       # controllers, and the sockets on them
            "cuse",                                         # character devices from user space
            "xhci_pci", "ftdi_sio", "autofs4"]              # a serial adapter; what systemd asks for

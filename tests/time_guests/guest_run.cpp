@@ -1,0 +1,138 @@
+#include "tests/time_guests/guest_run.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string_view>
+#include <utility>
+
+#include "core/messages/message.h"
+#include "platform/os/mapped_file.h"
+#include "tools/log/log_reader.h"
+
+namespace axlecast {
+namespace {
+
+Result<ClockLog> ReadPage(const std::filesystem::path& path) {
+  const ClockPage* page = MapClockPage(path.c_str());
+  if (page == nullptr) return Failure("cannot map " + path.string());
+  ClockLog log;
+  const std::int64_t count = page->count;
+  for (std::int64_t i = 0; i < count; ++i) log.Add(page->readings[i]);
+  if (log.readings().size() < 2) return Failure("no readings in " + path.string());
+  return log;
+}
+
+// Every pin contains the same constant.
+Result<Bounds> ReadPins(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  Bounds all = {INT64_MIN, INT64_MAX};
+  Bounds pin;
+  while (file >> pin.lowest >> pin.highest) {
+    all = {std::max(all.lowest, pin.lowest), std::min(all.highest, pin.highest)};
+  }
+  if (all.lowest == INT64_MIN) return Failure("no pins in " + path.string());
+  if (all.lowest > all.highest) {
+    return Failure("the pins of " + path.string() +
+                   " contradict each other: the counter of this guest is not that of "
+                   "its host minus a constant");
+  }
+  return all;
+}
+
+Result<std::vector<Guest::Message>> ReadMessages(const std::filesystem::path& path) {
+  const MappedFile file(path.string());
+  if (!file.problem().empty()) return Failure(file.problem());
+  std::vector<Guest::Message> messages;
+  LogReader log(file.bytes());
+  while (const auto event = log.Next()) {
+    if (auto time = DecodeMessage<time_quality_t>(event->data)) {
+      messages.push_back({event->utime * kMicrosecond, std::move(*time)});
+    }
+  }
+  return messages;
+}
+
+Result<Guest> ReadGuest(const std::filesystem::path& folder) {
+  Guest guest;
+  const std::string name = folder.filename().string();
+  guest.host = name.substr(0, name.find('-'));
+  Result<ClockLog> clocks = ReadPage(folder / "page");
+  if (!clocks) return Failure(clocks.error());
+  const Result<Bounds> pins = ReadPins(folder / "pins");
+  if (!pins) return Failure(pins.error());
+  Result<std::vector<Guest::Message>> messages = ReadMessages(folder / "messages.log");
+  if (!messages) return Failure(messages.error());
+  guest.clocks = std::move(*clocks);
+  guest.ticks_ahead = *pins;
+  guest.messages = std::move(*messages);
+  Identify(guest);
+  return guest;
+}
+
+Result<std::vector<TestEvent>> ReadEvents(const std::filesystem::path& path) {
+  static constexpr std::array<std::pair<std::string_view, TestEvent::Kind>, 5> kKinds = {{
+      {"phase", TestEvent::Kind::kPhase},
+      {"withdraw", TestEvent::Kind::kWithdraw},
+      {"resume", TestEvent::Kind::kResume},
+      {"beyond", TestEvent::Kind::kBeyond},
+      {"within", TestEvent::Kind::kWithin},
+  }};
+  std::ifstream file(path);
+  std::vector<TestEvent> events;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    TestEvent event;
+    std::string kind;
+    words >> event.at >> kind >> std::ws;
+    std::getline(words, event.text);
+    const auto* const known =
+        std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& each) { return each.first == kind; });
+    if (known == kKinds.end()) return Failure("unknown event in " + path.string() + ": " + line);
+    event.kind = known->second;
+    events.push_back(event);
+  }
+  return events;
+}
+
+}  // namespace
+
+const Guest* GuestRun::Root(std::int64_t base_id) const {
+  const auto found = std::find_if(guests.begin(), guests.end(),
+                                  [&](const Guest& guest) { return guest.own_base_id == base_id && base_id != 0; });
+  return found == guests.end() ? nullptr : &*found;
+}
+
+void Identify(Guest& guest) {
+  for (const Guest::Message& message : guest.messages) {
+    if (message.time.host != guest.host) continue;
+    guest.clock_id = message.time.clock_id;
+    if (message.time.source == time_quality_t::SOURCE_SELF) guest.own_base_id = message.time.base_id;
+  }
+}
+
+Result<GuestRun> ReadGuestRun(const std::string& folder) {
+  GuestRun run;
+  Result<ClockLog> host = ReadPage(std::filesystem::path(folder) / "host.page");
+  if (!host) return Failure(host.error());
+  run.host = std::move(*host);
+  Result<std::vector<TestEvent>> events = ReadEvents(std::filesystem::path(folder) / "events");
+  if (!events) return Failure(events.error());
+  run.events = std::move(*events);
+  std::vector<std::filesystem::path> places;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.is_directory() && exists(entry.path() / "messages.log")) places.push_back(entry.path());
+  }
+  std::sort(places.begin(), places.end());
+  for (const std::filesystem::path& place : places) {
+    Result<Guest> guest = ReadGuest(place);
+    if (!guest) return Failure(guest.error());
+    run.guests.push_back(std::move(*guest));
+  }
+  if (run.guests.size() < 2) return Failure("fewer than two guests in " + folder);
+  return run;
+}
+
+}  // namespace axlecast

@@ -1,0 +1,232 @@
+#include "tests/time_guests/judge.h"
+
+#include <axlecast/time_base.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+namespace axlecast {
+namespace {
+
+using Clock = ClockLog::Clock;
+
+class Judge {
+ public:
+  Judge(const GuestRun& run, const JudgeOptions& options) : run_(run), options_(options) {}
+
+  std::vector<PhaseFigures> Run() {
+    for (const TestEvent& event : run_.events) {
+      if (event.kind != TestEvent::Kind::kPhase) continue;
+      phases_.push_back({});
+      phases_.back().name = event.text;
+    }
+    if (phases_.empty()) return phases_;
+    for (const Guest& guest : run_.guests) {
+      for (const Guest::Message& message : guest.messages) {
+        if (message.time.host == guest.host) OnClaim(guest, message.time);
+      }
+      Consume(guest);
+    }
+    return phases_;
+  }
+
+ private:
+  // CLOCK_MONOTONIC of the host that runs the guests.
+  [[nodiscard]] std::optional<MonoNs> HostTime(const Bounds& host_ticks) const {
+    const std::optional<Bounds> time = run_.host.At(Clock::kMono, host_ticks);
+    if (!time) return std::nullopt;
+    return time->lowest;
+  }
+  PhaseFigures& PhaseAt(MonoNs time) {
+    std::size_t phase = 0;
+    std::size_t begun = 0;
+    for (const TestEvent& event : run_.events) {
+      if (event.kind != TestEvent::Kind::kPhase) continue;
+      if (event.at <= time) phase = begun;
+      ++begun;
+    }
+    return phases_[phase];
+  }
+  // Returns the newest of two kinds of events if it is of the first kind.
+  [[nodiscard]] std::optional<MonoNs> Since(TestEvent::Kind begin, TestEvent::Kind end, MonoNs time) const {
+    std::optional<MonoNs> since;
+    for (const TestEvent& event : run_.events) {
+      if (event.at > time) continue;
+      if (event.kind == begin) since = event.at;
+      if (event.kind == end) since.reset();
+    }
+    return since;
+  }
+  [[nodiscard]] bool IsBeyond(MonoNs time) const {
+    return Since(TestEvent::Kind::kBeyond, TestEvent::Kind::kWithin, time).has_value();
+  }
+
+  // What the base was at an instant of the host's counter.
+  [[nodiscard]] std::optional<Bounds> BaseAt(std::int64_t base_id, const Bounds& host_ticks) const {
+    const Guest* root = run_.Root(base_id);
+    if (root == nullptr) return std::nullopt;
+    return root->clocks.At(Clock::kRaw, GuestRun::OnGuest(*root, host_ticks));
+  }
+
+  void OnClaim(const Guest& guest, const time_quality_t& claim) {
+    if (claim.half_width_ns < 0) return;
+    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, claim.mono_ns);
+    if (!ticks) return;  // before the first reading or after the last one
+    const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
+    const std::optional<MonoNs> time = HostTime(host_ticks);
+    if (!time) return;
+    PhaseFigures& phase = PhaseAt(*time);
+    const bool root = claim.base_id == guest.own_base_id;
+    // The two counters of the root are the same one, which is known better than by way of the host.
+    const std::optional<Bounds> truth =
+        root ? guest.clocks.At(Clock::kRaw, *ticks) : BaseAt(claim.base_id, host_ticks);
+    const Verdict verdict = JudgeInterval(truth, claim.base_ns, claim.half_width_ns);
+    if (root) {
+      phase.own.Count(verdict);
+      return;
+    }
+    (IsBeyond(*time) ? phase.beyond : phase.claims).Count(verdict);
+    CheckWithdrawal(guest, *time, phase);
+    if (!truth) return;
+    const std::int64_t middle = truth->lowest + (truth->highest - truth->lowest) / 2;
+    phase.half_widths.push_back(claim.half_width_ns);
+    phase.from_middle.push_back(std::abs(middle - claim.base_ns));
+    phase.oracle_error = std::max(phase.oracle_error, truth->highest - truth->lowest);
+  }
+
+  // A guest that the host of the test starves notices a cause later.
+  void CheckWithdrawal(const Guest& guest, MonoNs time, PhaseFigures& phase) {
+    const std::optional<MonoNs> cause = Since(TestEvent::Kind::kWithdraw, TestEvent::Kind::kResume, time);
+    if (!cause || time <= *cause + kWithdrawal) return;
+    const auto from = run_.host.When(Clock::kMono, *cause - kSecond);
+    const auto until = run_.host.When(Clock::kMono, time);
+    if (!from || !until) return;
+    const MonoNs gap =
+        guest.clocks.LongestGap(GuestRun::OnGuest(guest, *from).lowest, GuestRun::OnGuest(guest, *until).highest);
+    phase.starved = std::max(phase.starved, gap);
+    if (time > *cause + kWithdrawal + gap) ++phase.late;
+  }
+
+  // A consumer in the guest: passes each message to TimeBase, and asks for instants of readings of all guests.
+  void Consume(const Guest& at) {
+    TimeBase consumer;
+    for (const Guest::Message& message : at.messages) {
+      consumer.OnTime(message.time, message.received);
+      const std::optional<Bounds> ticks = at.clocks.When(Clock::kMono, message.received);
+      if (!ticks) continue;
+      const Bounds now = GuestRun::OnHost(at, *ticks);
+      for (int i = 0; i < options_.queries; ++i) Ask(consumer, message.received, now);
+    }
+  }
+
+  void Ask(const TimeBase& consumer, MonoNs received, const Bounds& now) {
+    const auto pick = [&](std::size_t count) {
+      return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
+    };
+    const Guest& of = run_.guests[pick(run_.guests.size())];
+    const Guest& to = run_.guests[pick(run_.guests.size())];
+    const std::size_t readings = of.clocks.readings().size();
+    // About the last 1.2 s, at 100 readings a second.
+    const std::size_t newest = of.clocks.IndexAt(GuestRun::OnGuest(of, now).lowest);
+    const std::size_t back = 1 + pick(120);
+    if (newest == readings || newest < back) return;
+    const ClockReading& reading = of.clocks.readings()[newest - back];
+    const Bounds then = GuestRun::OnHost(of, {reading.before, reading.after});
+    const std::optional<MonoNs> time = HostTime(then);
+    if (!time) return;
+    PhaseFigures& phase = PhaseAt(*time);
+    const TimeBase::Instant base = consumer.OnBase(of.clock_id, reading.mono, received);
+    Verdicts& verdicts = IsBeyond(*time) ? phase.beyond : phase.instants;
+    if (base) verdicts.Count(JudgeInterval(BaseAt(base.base_id, then), base.ns, base.half_width_ns));
+    if (&to == &of) return;
+    const TimeBase::Instant there = consumer.OnClock(to.clock_id, of.clock_id, reading.mono, received);
+    if (there) {
+      verdicts.Count(
+          JudgeInterval(to.clocks.At(Clock::kMono, GuestRun::OnGuest(to, then)), there.ns, there.half_width_ns));
+    }
+    if (!IsBeyond(*time)) Compare(consumer, received, base, then, to, phase.comparisons);
+  }
+
+  // With a reading of another guest at about the same time.
+  void Compare(const TimeBase& consumer, MonoNs received, const TimeBase::Instant& first, const Bounds& then,
+               const Guest& to, Comparisons& comparisons) {
+    const std::size_t near = to.clocks.IndexAt(GuestRun::OnGuest(to, then).lowest) +
+                             std::uniform_int_distribution<std::size_t>(0, 2)(random_);
+    if (near < 1 || near > to.clocks.readings().size()) return;
+    const ClockReading& other = to.clocks.readings()[near - 1];
+    const Bounds other_then = GuestRun::OnHost(to, {other.before, other.after});
+    const TimeBase::Instant second = consumer.OnBase(to.clock_id, other.mono, received);
+    if (!first || !second) return;
+    if (TimeBase::Before(first, second)) {
+      comparisons.Count(true, then, other_then);
+    } else {
+      comparisons.Count(TimeBase::Before(second, first), other_then, then);
+    }
+  }
+
+  const GuestRun& run_;
+  const JudgeOptions& options_;
+  std::mt19937_64 random_{1};
+  std::vector<PhaseFigures> phases_;
+};
+
+}  // namespace
+
+Verdict JudgeInterval(const std::optional<Bounds>& truth, std::int64_t ns, std::int64_t half_width) {
+  if (!truth) return Verdict::kUnjudged;
+  const std::int64_t earliest = ns - half_width;
+  const std::int64_t latest = ns + half_width;
+  if (earliest <= truth->lowest && truth->highest <= latest) return Verdict::kHolds;
+  return truth->highest < earliest || latest < truth->lowest ? Verdict::kMisses : Verdict::kUndecided;
+}
+
+void Verdicts::Count(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kHolds:
+      ++holds;
+      break;
+    case Verdict::kMisses:
+      ++misses;
+      break;
+    case Verdict::kUndecided:
+      ++undecided;
+      break;
+    case Verdict::kUnjudged:
+      ++unjudged;
+      break;
+  }
+}
+
+void Comparisons::Count(bool before, const Bounds& first, const Bounds& second) {
+  if (!before) {
+    ++unknown;
+  } else if (first.highest < second.lowest) {
+    ++right;
+  } else if (second.highest < first.lowest) {
+    ++wrong;
+  } else {
+    ++undecided;
+  }
+}
+
+std::vector<PhaseFigures> JudgeRun(GuestRun run, const JudgeOptions& options) {
+  for (Guest& guest : run.guests) {
+    for (Guest::Message& message : guest.messages) {
+      time_quality_t& time = message.time;
+      if (time.source != time_quality_t::SOURCE_EXCHANGE) continue;
+      time.base_ns += std::llround(options.shift * static_cast<double>(time.half_width_ns));
+    }
+  }
+  return Judge(run, options).Run();
+}
+
+bool IsTrue(const std::vector<PhaseFigures>& phases) {
+  return std::all_of(phases.begin(), phases.end(), [](const PhaseFigures& phase) {
+    return phase.claims.misses == 0 && phase.own.misses == 0 && phase.instants.misses == 0 &&
+           phase.comparisons.wrong == 0 && phase.late == 0;
+  });
+}
+
+}  // namespace axlecast

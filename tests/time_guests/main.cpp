@@ -1,0 +1,102 @@
+// Judges what tests/time_guests/run recorded: prints the figures of each part of the test.
+//
+//   time_guests_check FOLDER [--least N] [--shift HALF_WIDTHS]
+//
+// Fails if an interval misses the truth, two instants are compared in the wrong order, or a claim is published 2 s after the cause of its
+// end; or if fewer than N intervals of a guest that is not the root were judged, or no instants were compared. --shift moves
+// every such interval first: the check must then fail.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cinttypes>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tests/time_guests/judge.h"
+
+namespace axlecast {
+namespace {
+
+double Milliseconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-6; }
+
+std::int64_t Percentile(std::vector<std::int64_t> values, std::size_t percent) {
+  if (values.empty()) return 0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * percent / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+void Print(const char* what, const Verdicts& verdicts) {
+  if (verdicts.holds + verdicts.misses + verdicts.undecided + verdicts.unjudged == 0) return;
+  std::printf("  %-34s %6" PRId64 " hold the truth, %" PRId64 " miss it, %" PRId64
+              " within the oracle's error, %" PRId64 " outside of its readings\n",
+              what, verdicts.holds, verdicts.misses, verdicts.undecided, verdicts.unjudged);
+}
+
+void Print(const PhaseFigures& phase) {
+  std::printf("%s\n", phase.name.c_str());
+  Print("intervals published", phase.claims);
+  Print("of the root's own clock", phase.own);
+  Print("instants given to consumers", phase.instants);
+  Print("while a limit was exceeded", phase.beyond);
+  const Comparisons& order = phase.comparisons;
+  if (order.right + order.wrong + order.undecided + order.unknown > 0) {
+    std::printf("  %-34s %6" PRId64 " right, %" PRId64 " wrong, %" PRId64 " within the oracle's error; %" PRId64
+                " not known\n",
+                "orders of two instants", order.right, order.wrong, order.undecided, order.unknown);
+  }
+  if (!phase.half_widths.empty()) {
+    std::printf(
+        "  half width p50 %.3f, p99 %.3f, max %.3f ms; truth from the middle p50 %.3f, max %.3f ms; known to %.3f "
+        "us\n",
+        Milliseconds(Percentile(phase.half_widths, 50)), Milliseconds(Percentile(phase.half_widths, 99)),
+        Milliseconds(Percentile(phase.half_widths, 100)), Milliseconds(Percentile(phase.from_middle, 50)),
+        Milliseconds(Percentile(phase.from_middle, 100)), static_cast<double>(phase.oracle_error) * 1e-3);
+  }
+  if (phase.late > 0 || phase.starved > 0) {
+    std::printf("  claims 2 s + %.0f ms after the cause of their end: %" PRId64 "\n", Milliseconds(phase.starved),
+                phase.late);
+  }
+}
+
+int Report(const std::vector<PhaseFigures>& phases, std::int64_t least) {
+  std::int64_t judged = 0;
+  std::int64_t missed = 0;
+  Comparisons orders;
+  for (const PhaseFigures& phase : phases) {
+    Print(phase);
+    judged += phase.claims.holds + phase.claims.misses;
+    missed += phase.claims.misses;
+    orders.right += phase.comparisons.right;
+    orders.wrong += phase.comparisons.wrong;
+  }
+  std::printf("%" PRId64 " intervals, %" PRId64 " miss the truth; %" PRId64 " orders, %" PRId64 " wrong\n", judged,
+              missed, orders.right + orders.wrong, orders.wrong);
+  if (judged < least || orders.right == 0) {
+    std::printf("FAILED: too little was judged to show anything; %" PRId64 " intervals are needed\n", least);
+    return 1;
+  }
+  if (!IsTrue(phases)) std::printf("FAILED\n");
+  return IsTrue(phases) ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace axlecast
+
+int main(int argc, char** argv) {
+  CLI::App app("Compares recorded time claims of two guests with the truth");
+  std::string folder;
+  std::int64_t least = 1;
+  axlecast::JudgeOptions options;
+  app.add_option("folder", folder, "What tests/time_guests/run recorded")->required();
+  app.add_option("--least", least, "Fail if fewer intervals were judged");
+  app.add_option("--shift", options.shift, "Move every interval by this number of its half widths first");
+  CLI11_PARSE(app, argc, argv);
+  auto run = axlecast::ReadGuestRun(folder);
+  if (!run) {
+    std::fprintf(stderr, "%s\n", run.error().text.c_str());
+    return 1;
+  }
+  return axlecast::Report(axlecast::JudgeRun(std::move(*run), options), least);
+}
