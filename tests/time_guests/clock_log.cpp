@@ -108,7 +108,7 @@ std::optional<Bounds> ClockLog::When(Clock clock, std::int64_t ns) const {
 
 std::int64_t ClockLog::LongestGap(Ticks from, Ticks until) const {
   std::int64_t longest = 0;
-  for (std::size_t i = IndexAt(from); i < readings_.size() && i > 0; ++i) {
+  for (std::size_t i = std::max<std::size_t>(IndexAt(from), 1); i < readings_.size(); ++i) {
     longest = std::max(longest, readings_[i].raw - readings_[i - 1].raw);
     if (readings_[i].before > until) break;
   }

@@ -20,7 +20,12 @@ Result<ClockLog> ReadPage(const std::filesystem::path& path) {
   if (page == nullptr) return Failure("cannot map " + path.string());
   ClockLog log;
   const std::int64_t count = page->count;
-  for (std::int64_t i = 0; i < count; ++i) log.Add(page->readings[i]);
+  for (std::int64_t i = 0; i < count; ++i) {
+    ClockReading reading = page->readings[i];
+    reading.before -= kCounterError;
+    reading.after += kCounterError;
+    log.Add(reading);
+  }
   if (log.readings().size() < 2) return Failure("no readings in " + path.string());
   return log;
 }

@@ -157,7 +157,7 @@ class Guest:
         """Bounds what its counter is ahead of the host's."""
         done = subprocess.run([self.run.build / "time_guests/bin/clock_oracle", self.page, "20"], capture_output=True, text=True)
         if done.returncode != 0:
-            raise self.trouble(done.stderr)
+            raise self.trouble(done.stderr.strip())
         with open(self.folder / "pins", "a") as file:
             file.write(done.stdout)
         print(f"  counter of {self.name}: {done.stderr.strip()}", flush=True)

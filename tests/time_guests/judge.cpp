@@ -109,6 +109,19 @@ class Judge {
     if (time > *cause + kWithdrawal + gap) ++phase.late;
   }
 
+  // An instant at which a guest read its CLOCK_MONOTONIC.
+  struct Reading {
+    MonoNs mono = 0;
+    Bounds host_ticks;
+  };
+  [[nodiscard]] static std::optional<Reading> ReadingAt(const Guest& guest, Ticks host_ticks) {
+    const auto mono = guest.clocks.At(Clock::kMono, GuestRun::OnGuest(guest, {host_ticks, host_ticks}));
+    if (!mono) return std::nullopt;
+    const auto ticks = guest.clocks.When(Clock::kMono, mono->lowest);
+    if (!ticks) return std::nullopt;
+    return Reading{mono->lowest, GuestRun::OnHost(guest, *ticks)};
+  }
+
   // A consumer in the guest: passes each message to TimeBase, and asks for instants of readings of all guests.
   void Consume(const Guest& at) {
     TimeBase consumer;
@@ -116,54 +129,51 @@ class Judge {
       consumer.OnTime(message.time, message.received);
       const std::optional<Bounds> ticks = at.clocks.When(Clock::kMono, message.received);
       if (!ticks) continue;
-      const Bounds now = GuestRun::OnHost(at, *ticks);
+      const Ticks now = GuestRun::OnHost(at, *ticks).lowest;
       for (int i = 0; i < options_.queries; ++i) Ask(consumer, message.received, now);
     }
   }
 
-  void Ask(const TimeBase& consumer, MonoNs received, const Bounds& now) {
-    const auto pick = [&](std::size_t count) {
-      return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
-    };
-    const Guest& of = run_.guests[pick(run_.guests.size())];
-    const Guest& to = run_.guests[pick(run_.guests.size())];
-    const std::size_t readings = of.clocks.readings().size();
-    // About the last 1.2 s, at 100 readings a second.
-    const std::size_t newest = of.clocks.IndexAt(GuestRun::OnGuest(of, now).lowest);
-    const std::size_t back = 1 + pick(120);
-    if (newest == readings || newest < back) return;
-    const ClockReading& reading = of.clocks.readings()[newest - back];
-    const Bounds then = GuestRun::OnHost(of, {reading.before, reading.after});
-    const std::optional<MonoNs> time = HostTime(then);
+  // For readings of two guests in the last 1.2 s, at most 2 ms apart.
+  void Ask(const TimeBase& consumer, MonoNs received, Ticks now) {
+    const Guest& of = Pick();
+    const Guest& to = Pick();
+    const Ticks then = now - Later(0, 1.2);
+    const std::optional<Reading> reading = ReadingAt(of, then);
+    if (!reading) return;
+    const std::optional<MonoNs> time = HostTime(reading->host_ticks);
     if (!time) return;
     PhaseFigures& phase = PhaseAt(*time);
-    const TimeBase::Instant base = consumer.OnBase(of.clock_id, reading.mono, received);
     Verdicts& verdicts = IsBeyond(*time) ? phase.beyond : phase.instants;
-    if (base) verdicts.Count(JudgeInterval(BaseAt(base.base_id, then), base.ns, base.half_width_ns));
+    const TimeBase::Instant base = consumer.OnBase(of.clock_id, reading->mono, received);
+    if (base) verdicts.Count(JudgeInterval(BaseAt(base.base_id, reading->host_ticks), base.ns, base.half_width_ns));
     if (&to == &of) return;
-    const TimeBase::Instant there = consumer.OnClock(to.clock_id, of.clock_id, reading.mono, received);
+    const TimeBase::Instant there = consumer.OnClock(to.clock_id, of.clock_id, reading->mono, received);
     if (there) {
-      verdicts.Count(
-          JudgeInterval(to.clocks.At(Clock::kMono, GuestRun::OnGuest(to, then)), there.ns, there.half_width_ns));
+      const auto truth = to.clocks.At(Clock::kMono, GuestRun::OnGuest(to, reading->host_ticks));
+      verdicts.Count(JudgeInterval(truth, there.ns, there.half_width_ns));
     }
-    if (!IsBeyond(*time)) Compare(consumer, received, base, then, to, phase.comparisons);
+    const std::optional<Reading> other = ReadingAt(to, then + Later(-0.002, 0.002));
+    if (!base || !other || IsBeyond(*time)) return;
+    const TimeBase::Instant second = consumer.OnBase(to.clock_id, other->mono, received);
+    if (!second) return;
+    if (TimeBase::Before(base, second)) {
+      phase.comparisons.Count(true, reading->host_ticks, other->host_ticks);
+    } else {
+      phase.comparisons.Count(TimeBase::Before(second, base), other->host_ticks, reading->host_ticks);
+    }
   }
 
-  // With a reading of another guest at about the same time.
-  void Compare(const TimeBase& consumer, MonoNs received, const TimeBase::Instant& first, const Bounds& then,
-               const Guest& to, Comparisons& comparisons) {
-    const std::size_t near = to.clocks.IndexAt(GuestRun::OnGuest(to, then).lowest) +
-                             std::uniform_int_distribution<std::size_t>(0, 2)(random_);
-    if (near < 1 || near > to.clocks.readings().size()) return;
-    const ClockReading& other = to.clocks.readings()[near - 1];
-    const Bounds other_then = GuestRun::OnHost(to, {other.before, other.after});
-    const TimeBase::Instant second = consumer.OnBase(to.clock_id, other.mono, received);
-    if (!first || !second) return;
-    if (TimeBase::Before(first, second)) {
-      comparisons.Count(true, then, other_then);
-    } else {
-      comparisons.Count(TimeBase::Before(second, first), other_then, then);
-    }
+  const Guest& Pick() {
+    return run_.guests[std::uniform_int_distribution<std::size_t>(0, run_.guests.size() - 1)(random_)];
+  }
+  // A random time in ticks.
+  Ticks Later(double least_seconds, double most_seconds) {
+    const ClockReading& first = run_.host.readings().front();
+    const ClockReading& last = run_.host.readings().back();
+    const double per_second =
+        static_cast<double>(last.before - first.before) / static_cast<double>(last.mono - first.mono) * 1e9;
+    return std::llround(std::uniform_real_distribution<double>(least_seconds, most_seconds)(random_) * per_second);
   }
 
   const GuestRun& run_;

@@ -1,0 +1,168 @@
+// The judge itself, without guests: it accepts intervals that hold the truth, and finds each that does not.
+#include "tests/time_guests/judge.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace axlecast {
+namespace {
+
+using Q = time_quality_t;
+
+constexpr Ticks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
+constexpr MonoNs kHalfWidth = 700 * kMicrosecond;
+constexpr MonoNs kFromMiddle = 200 * kMicrosecond;  // the truth
+constexpr std::int64_t kBase = 9;
+
+// What the clocks of the run show at a time of the test, in ns. The counter of each guest is the host's plus a constant.
+MonoNs HostMono(MonoNs time) { return 100 * kSecond + time; }
+MonoNs Mono(const Guest& guest, MonoNs time) { return guest.clock_id * kSecond + time + time / 20'000; }
+MonoNs Raw(const Guest& guest, MonoNs time) { return 7 * guest.clock_id * kSecond + time; }
+
+ClockReading ReadingAt(const Guest& guest, MonoNs time) {
+  const Ticks ticks = 2 * time + guest.ticks_ahead.lowest;
+  return {ticks - 100, Mono(guest, time), Raw(guest, time), ticks + 100};
+}
+
+// 10 s of two guests: a is the root. Each receives a message of each, 10 times a second, 2 ms later.
+class JudgeTest : public ::testing::Test {
+ protected:
+  JudgeTest() {
+    for (MonoNs time = 0; time < 10 * kSecond; time += 10 * kMillisecond) {
+      run_.host.Add({2 * time - 100, HostMono(time), HostMono(time), 2 * time + 100});
+    }
+    AddGuest("a", 3, kBase);
+    AddGuest("b", 4, 0);
+    for (MonoNs time = kSecond; time < 9 * kSecond; time += 100 * kMillisecond) {
+      for (const Guest& of : {run_.guests[0], run_.guests[1]}) {
+        const time_quality_t claim = Claim(of, time);
+        for (Guest& at : run_.guests) at.messages.push_back({Mono(at, time + 2 * kMillisecond), claim});
+      }
+    }
+    Add(0, TestEvent::Kind::kPhase, "all");
+  }
+
+  void AddGuest(const char* host, std::int64_t clock_id, std::int64_t own_base_id) {
+    Guest guest;
+    guest.host = host;
+    guest.clock_id = clock_id;
+    guest.own_base_id = own_base_id;
+    guest.ticks_ahead = {-1'000 * kPerMillisecond * clock_id, -1'000 * kPerMillisecond * clock_id + 200};
+    for (MonoNs time = 0; time < 10 * kSecond; time += 10 * kMillisecond) guest.clocks.Add(ReadingAt(guest, time));
+    run_.guests.push_back(std::move(guest));
+  }
+
+  [[nodiscard]] time_quality_t Claim(const Guest& of, MonoNs time) const {
+    time_quality_t claim{};
+    const bool root = of.own_base_id != 0;
+    claim.host = of.host;
+    claim.clock_id = of.clock_id;
+    claim.mono_ns = Mono(of, time);
+    claim.base_id = kBase;
+    claim.base_ns = Raw(run_.guests[0], time) + (root ? 0 : kFromMiddle);
+    claim.half_width_ns = root ? 1'000 : kHalfWidth;
+    claim.growth_ppb = 1'100'000;
+    claim.valid_ms = 1'000;
+    claim.grade = Q::GRADE_PROVEN;
+    claim.source = root ? Q::SOURCE_SELF : Q::SOURCE_EXCHANGE;
+    return claim;
+  }
+
+  void Add(MonoNs time, TestEvent::Kind kind, const char* text = "") {
+    run_.events.push_back({HostMono(time), kind, text});
+  }
+  [[nodiscard]] std::vector<PhaseFigures> Judged(double shift = 0) const {
+    return JudgeRun(run_, {.shift = shift});
+  }
+
+  GuestRun run_;
+};
+
+TEST_F(JudgeTest, AcceptsIntervalsThatHoldTheTruth) {
+  const auto phases = Judged();
+  ASSERT_EQ(phases.size(), 1U);
+  EXPECT_EQ(phases[0].claims.holds, 80);
+  EXPECT_EQ(phases[0].own.holds, 80);
+  EXPECT_GT(phases[0].instants.holds, 400);
+  EXPECT_GT(phases[0].comparisons.right, 50);
+  EXPECT_GT(phases[0].comparisons.unknown, 50);
+  EXPECT_LT(phases[0].oracle_error, 1'000);
+  EXPECT_TRUE(IsTrue(phases));
+}
+
+// The truth is beside the middle, so that it is lost in one direction, and by a little more in the other.
+TEST_F(JudgeTest, FindsIntervalsThatAreMovedByTheirHalfWidth) {
+  const auto after = Judged(1);
+  EXPECT_EQ(after[0].claims.misses, 80);
+  EXPECT_GT(after[0].instants.misses, 100);
+  EXPECT_FALSE(IsTrue(after));
+  EXPECT_EQ(Judged(-1)[0].claims.misses, 0);
+  EXPECT_EQ(Judged(-1.5)[0].claims.misses, 80);
+}
+
+TEST_F(JudgeTest, FindsOneIntervalThatMissesTheTruth) {
+  run_.guests[1].messages[41].time.base_ns += kHalfWidth;
+  EXPECT_EQ(Judged()[0].claims.misses, 1);
+  EXPECT_FALSE(IsTrue(Judged()));
+}
+
+TEST_F(JudgeTest, FindsAWrongClaimOfTheRoot) {
+  run_.guests[0].messages[40].time.base_ns += 5'000;
+  EXPECT_EQ(Judged()[0].own.misses, 1);
+  EXPECT_FALSE(IsTrue(Judged()));
+}
+
+TEST_F(JudgeTest, FindsInstantsThatAreComparedInTheWrongOrder) {
+  EXPECT_EQ(Judged()[0].comparisons.wrong, 0);
+  EXPECT_GT(Judged(3)[0].comparisons.wrong, 10);
+  Comparisons comparisons;
+  comparisons.Count(true, {5, 6}, {3, 4});
+  comparisons.Count(true, {3, 4}, {5, 6});
+  comparisons.Count(true, {3, 5}, {5, 6});
+  comparisons.Count(false, {3, 4}, {5, 6});
+  EXPECT_EQ(comparisons.wrong, 1);
+  EXPECT_EQ(comparisons.right, 1);
+  EXPECT_EQ(comparisons.undecided, 1);
+  EXPECT_EQ(comparisons.unknown, 1);
+}
+
+TEST_F(JudgeTest, FindsClaimsThatOutliveTheirCause) {
+  Add(3 * kSecond, TestEvent::Kind::kWithdraw);
+  Add(5'950 * kMillisecond, TestEvent::Kind::kResume);
+  // Those of 5.1 to 5.9 s.
+  EXPECT_EQ(Judged()[0].late, 9);
+  EXPECT_FALSE(IsTrue(Judged()));
+  for (Guest::Message& message : run_.guests[1].messages) {
+    const MonoNs mono = message.time.mono_ns;
+    if (mono > Mono(run_.guests[1], 4 * kSecond) && mono < Mono(run_.guests[1], 6 * kSecond))
+      message.time.half_width_ns = -1;
+  }
+  EXPECT_TRUE(IsTrue(Judged()));
+}
+
+TEST_F(JudgeTest, CountsApartWhatMayBeFalse) {
+  Add(5 * kSecond, TestEvent::Kind::kBeyond);
+  Add(9 * kSecond, TestEvent::Kind::kWithin);
+  run_.guests[1].messages[101].time.base_ns += 2 * kHalfWidth;  // at 6 s
+  const auto phases = Judged();
+  EXPECT_GT(phases[0].beyond.misses, 0);
+  EXPECT_TRUE(IsTrue(phases));
+}
+
+TEST_F(JudgeTest, SeparatesThePhases) {
+  Add(4 * kSecond, TestEvent::Kind::kPhase, "second");
+  run_.guests[1].messages[101].time.base_ns += 2 * kHalfWidth;
+  const auto phases = Judged();
+  ASSERT_EQ(phases.size(), 2U);
+  EXPECT_EQ(phases[0].claims.misses, 0);
+  EXPECT_EQ(phases[1].claims.misses, 1);
+}
+
+TEST_F(JudgeTest, JudgesNothingOfAnUnknownBase) {
+  for (Guest::Message& message : run_.guests[1].messages) message.time.base_id = 5;
+  EXPECT_EQ(Judged()[0].claims.unjudged, 80);
+}
+
+}  // namespace
+}  // namespace axlecast
