@@ -62,8 +62,8 @@ Result<std::vector<Guest::Message>> ReadMessages(const std::filesystem::path& pa
 
 Result<Guest> ReadGuest(const std::filesystem::path& folder) {
   Guest guest;
-  const std::string name = folder.filename().string();
-  guest.host = name.substr(0, name.find('-'));
+  guest.name = folder.filename().string();
+  guest.host = guest.name.substr(0, guest.name.find('-'));
   Result<ClockLog> clocks = ReadPage(folder / "page");
   if (!clocks) return Failure(clocks.error());
   const Result<Bounds> pins = ReadPins(folder / "pins");

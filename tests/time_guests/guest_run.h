@@ -17,7 +17,8 @@ struct Guest {
     time_quality_t time;
   };
 
-  std::string host;  // name in the machine file
+  std::string name;  // of the boot: b-2
+  std::string host;  // name in the machine file: b
   ClockLog clocks;
   Bounds ticks_ahead;             // its counter minus that of the host that runs the guests
   std::vector<Message> messages;  // that it received, in this order; also its own

@@ -4,6 +4,7 @@ import json
 import pathlib
 import shlex
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -63,6 +64,24 @@ done
 """
 
 
+def ticks_per_ms(page):
+    """The rate of this host's time stamp counter, from its own page (clock_page.h)."""
+    def reading(number):
+        before, mono, _, _ = struct.unpack_from("<4q", content, 4096 + 32 * number)
+        return before, mono
+
+    def enough():
+        nonlocal content
+        content = page.read_bytes()
+        count, = struct.unpack_from("<q", content, 32)
+        return count if count >= 50 else 0
+
+    content = b""
+    last = wait_for(enough, "readings of this host's clock", 30) - 1
+    (tick, mono), (last_tick, last_mono) = reading(0), reading(last)
+    return (last_tick - tick) / (last_mono - mono) * 1e6
+
+
 class Guest:
     """One boot of a guest. Its folder has what the guest wrote, and what `time_guests_check` reads."""
 
@@ -88,8 +107,7 @@ class Guest:
     def command(self):
         mac = f"52:54:00:00:00:0{1 + (self.name == OTHER)}"
         return [str(word) for word in [
-            *emulator.qemu(self.run.vmlinux, self.run.initramfs, cpus=1, megabytes=512, kernel_options=self.run.kernel_options[self.name]),
-            *self.run.qemu_options,
+            *emulator.qemu(self.run.vmlinux, self.run.initramfs, cpus=1, megabytes=512, kernel_options=self.run.kernel_options(self.name)),
             "-chardev", "stdio,id=console,signal=off", "-serial", "chardev:console",
             "-chardev", f"socket,id=control,path={self.control_path},server=off", "-serial", "chardev:control",
             *emulator.shared_folder("/", "host", readonly=True), *emulator.shared_folder(self.folder, "results"),

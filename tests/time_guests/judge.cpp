@@ -18,7 +18,7 @@ class Judge {
 
   std::vector<PhaseFigures> Run() {
     for (const TestEvent& event : run_.events) {
-      if (event.kind != TestEvent::Kind::kPhase) continue;
+      if (event.kind != TestEvent::Kind::kPhase || Find(event.text) != phases_.end()) continue;
       phases_.push_back({});
       phases_.back().name = event.text;
     }
@@ -39,15 +39,16 @@ class Judge {
     if (!time) return std::nullopt;
     return time->lowest;
   }
+  std::vector<PhaseFigures>::iterator Find(const std::string& name) {
+    return std::find_if(phases_.begin(), phases_.end(),
+                        [&](const PhaseFigures& phase) { return phase.name == name; });
+  }
   PhaseFigures& PhaseAt(MonoNs time) {
-    std::size_t phase = 0;
-    std::size_t begun = 0;
+    auto phase = phases_.begin();
     for (const TestEvent& event : run_.events) {
-      if (event.kind != TestEvent::Kind::kPhase) continue;
-      if (event.at <= time) phase = begun;
-      ++begun;
+      if (event.kind == TestEvent::Kind::kPhase && event.at <= time) phase = Find(event.text);
     }
-    return phases_[phase];
+    return *phase;
   }
   // Returns the newest of two kinds of events if it is of the first kind.
   [[nodiscard]] std::optional<MonoNs> Since(TestEvent::Kind begin, TestEvent::Kind end, MonoNs time) const {

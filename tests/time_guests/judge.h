@@ -38,7 +38,7 @@ struct Comparisons {
   void Count(bool before, const Bounds& first, const Bounds& second);
 };
 
-// One part of the test.
+// A part of the test; parts of the same name are one.
 struct PhaseFigures {
   std::string name;
   Verdicts claims;  // published by a guest that is not the root

@@ -157,6 +157,10 @@ TEST_F(JudgeTest, SeparatesThePhases) {
   ASSERT_EQ(phases.size(), 2U);
   EXPECT_EQ(phases[0].claims.misses, 0);
   EXPECT_EQ(phases[1].claims.misses, 1);
+  Add(8 * kSecond, TestEvent::Kind::kPhase, "all");
+  const auto again = Judged();
+  ASSERT_EQ(again.size(), 2U);
+  EXPECT_GT(again[0].claims.holds, phases[0].claims.holds);
 }
 
 TEST_F(JudgeTest, JudgesNothingOfAnUnknownBase) {

@@ -60,6 +60,19 @@ void Print(const PhaseFigures& phase) {
   }
 }
 
+// The counters of all guests run at one rate.
+void PrintRates(const GuestRun& run) {
+  const auto rate = [](const Guest& guest) {
+    const ClockReading& first = guest.clocks.readings().front();
+    const ClockReading& last = guest.clocks.readings().back();
+    return static_cast<double>(last.raw - first.raw) / static_cast<double>(last.before - first.before);
+  };
+  for (const Guest& guest : run.guests) {
+    std::printf("CLOCK_MONOTONIC_RAW of %s ran %+.1f ppm faster than that of %s\n", guest.name.c_str(),
+                (rate(guest) / rate(run.guests.front()) - 1) * 1e6, run.guests.front().name.c_str());
+  }
+}
+
 int Report(const std::vector<PhaseFigures>& phases, std::int64_t least) {
   std::int64_t judged = 0;
   std::int64_t missed = 0;
@@ -98,5 +111,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", run.error().text.c_str());
     return 1;
   }
+  axlecast::PrintRates(*run);
   return axlecast::Report(axlecast::JudgeRun(std::move(*run), options), least);
 }
