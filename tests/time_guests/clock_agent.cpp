@@ -31,6 +31,7 @@ ClockReading ReadClocks() {
     reading.before = ReadTicks();
     reading.mono = Read(CLOCK_MONOTONIC);
     reading.raw = Read(CLOCK_MONOTONIC_RAW);
+    reading.utc = Read(CLOCK_REALTIME);
     reading.after = ReadTicks();
     if (i == 0 || reading.after - reading.before < best.after - best.before) best = reading;
   }

@@ -7,7 +7,15 @@ namespace axlecast {
 namespace {
 
 std::int64_t ValueOf(const ClockReading& reading, ClockLog::Clock clock) {
-  return clock == ClockLog::Clock::kMono ? reading.mono : reading.raw;
+  switch (clock) {
+    case ClockLog::Clock::kMono:
+      return reading.mono;
+    case ClockLog::Clock::kRaw:
+      return reading.raw;
+    case ClockLog::Clock::kUtc:
+      return reading.utc;
+  }
+  return 0;
 }
 
 // ns per tick.

@@ -24,7 +24,7 @@ struct Bounds {
 // rate changes at most once within three intervals of readings, 30 ms if the host is not starved.
 class ClockLog {
  public:
-  enum class Clock { kMono, kRaw };
+  enum class Clock { kMono, kRaw, kUtc };  // kUtc may be stepped: nothing is known at a step
 
   // Takes a reading. Ignores it if its bracket overlaps that of the one before.
   void Add(const ClockReading& reading);
@@ -32,7 +32,7 @@ class ClockLog {
   // Returns what a clock read at an instant that `ticks` contains. Nothing outside of the readings, and nothing if the readings around it
   // contradict the assumption.
   [[nodiscard]] std::optional<Bounds> At(Clock clock, const Bounds& ticks) const;
-  // Returns the counter at the instant at which a clock read `ns`.
+  // Returns the counter at the instant at which a clock, not kUtc, read `ns`.
   [[nodiscard]] std::optional<Bounds> When(Clock clock, std::int64_t ns) const;
 
   // Returns the longest time between two readings within these ticks, in ns: how long the host was starved.

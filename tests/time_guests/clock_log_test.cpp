@@ -26,7 +26,7 @@ ClockLog Read(const Truth& truth, int count = 100) {
   for (int i = 0; i < count; ++i) {
     const Ticks before = i * 10 * kPerMillisecond;
     const Ticks read = before + 13 * i % 400;
-    log.Add({before, truth.Mono(read), truth.Raw(read), before + 400});
+    log.Add({before, truth.Mono(read), truth.Raw(read), 0, before + 400});
   }
   return log;
 }
@@ -78,7 +78,7 @@ TEST(ClockLog, FindsHowLongTheHostWasStarved) {
   const Truth truth;
   ClockLog log = Read(truth);
   const Ticks late = (990 + 250) * kPerMillisecond;
-  log.Add({late, truth.Mono(late), truth.Raw(late), late + 10});
+  log.Add({late, truth.Mono(late), truth.Raw(late), 0, late + 10});
   EXPECT_NEAR(static_cast<double>(log.LongestGap(0, 500 * kPerMillisecond)), 10e6, 1e3);
   EXPECT_NEAR(static_cast<double>(log.LongestGap(0, 2'000 * kPerMillisecond)), 250e6, 1e3);
 }

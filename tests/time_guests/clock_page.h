@@ -25,11 +25,12 @@ inline Ticks ReadTicks() {
   return ticks;
 }
 
-// Two clocks of a host, both read between two readings of its counter.
+// The clocks of a host, read between two readings of its counter.
 struct ClockReading {
   Ticks before = 0;
   std::int64_t mono = 0;  // ns, CLOCK_MONOTONIC
   std::int64_t raw = 0;   // ns, CLOCK_MONOTONIC_RAW
+  std::int64_t utc = 0;   // ns, CLOCK_REALTIME
   Ticks after = 0;
 };
 

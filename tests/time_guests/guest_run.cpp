@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -60,6 +62,15 @@ Result<std::vector<Guest::Message>> ReadMessages(const std::filesystem::path& pa
   return messages;
 }
 
+std::vector<Guest::UtcClaim> ReadUtcClaims(const std::filesystem::path& path) {
+  std::vector<Guest::UtcClaim> claims;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (const auto claim = ParseTracking(line)) claims.push_back(*claim);
+  }
+  return claims;
+}
+
 Result<Guest> ReadGuest(const std::filesystem::path& folder) {
   Guest guest;
   guest.name = folder.filename().string();
@@ -73,6 +84,7 @@ Result<Guest> ReadGuest(const std::filesystem::path& folder) {
   guest.clocks = std::move(*clocks);
   guest.ticks_ahead = *pins;
   guest.messages = std::move(*messages);
+  guest.utc_claims = ReadUtcClaims(folder / "chrony.csv");
   Identify(guest);
   return guest;
 }
@@ -108,6 +120,24 @@ const Guest* GuestRun::Root(std::int64_t base_id) const {
   const auto found = std::find_if(guests.begin(), guests.end(),
                                   [&](const Guest& guest) { return guest.own_base_id == base_id && base_id != 0; });
   return found == guests.end() ? nullptr : &*found;
+}
+
+std::string GuestRun::PhaseAt(MonoNs time) const {
+  std::string phase;
+  for (const TestEvent& event : events) {
+    if (event.kind == TestEvent::Kind::kPhase && (phase.empty() || event.at <= time)) phase = event.text;
+  }
+  return phase;
+}
+
+// The fields of chronyc 4.3: 4 is the correction that is still to be made, 10 the root delay, 11 the root dispersion, in s.
+std::optional<Guest::UtcClaim> ParseTracking(const std::string& line) {
+  std::istringstream text(line);
+  std::vector<std::string> fields;
+  for (std::string field; std::getline(text, field, ',');) fields.push_back(field);
+  if (fields.size() != 15 || fields.back() == "Not synchronised") return std::nullopt;
+  const auto ns = [&](std::size_t field) { return std::strtod(fields[field].c_str(), nullptr) * 1e9; };
+  return Guest::UtcClaim{std::llround(ns(0)), std::llround(std::abs(ns(5)) + ns(12) + ns(11) / 2)};
 }
 
 void Identify(Guest& guest) {

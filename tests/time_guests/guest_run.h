@@ -1,6 +1,7 @@
 #pragma once
 
 #include <axlecast/time_quality_t.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,13 +18,20 @@ struct Guest {
     time_quality_t time;
   };
 
+  // What chronyd in the guest claimed of its UNIX time, as chronyc prints it.
+  struct UtcClaim {
+    MonoNs mono = 0;              // ns, CLOCK_MONOTONIC of this guest, known to 10 ms
+    std::int64_t half_width = 0;  // ns: UNIX time is that of the server within this
+  };
+
   std::string name;  // of the boot: b-2
   std::string host;  // name in the machine file: b
   ClockLog clocks;
   Bounds ticks_ahead;             // its counter minus that of the host that runs the guests
   std::vector<Message> messages;  // that it received, in this order; also its own
-  std::int64_t clock_id = 0;      // of its own messages
-  std::int64_t own_base_id = 0;   // of its own messages if it is the root; else 0
+  std::vector<UtcClaim> utc_claims;
+  std::int64_t clock_id = 0;     // of its own messages
+  std::int64_t own_base_id = 0;  // of its own messages if it is the root; else 0
 };
 
 // Something that the test did, at an instant of CLOCK_MONOTONIC of the host that runs the guests.
@@ -53,15 +61,21 @@ struct GuestRun {
   [[nodiscard]] static Bounds OnGuest(const Guest& guest, const Bounds& ticks) {
     return ticks.Plus(guest.ticks_ahead);
   }
+  // Returns the name of the part of the test to which an instant of the host's CLOCK_MONOTONIC belongs.
+  [[nodiscard]] std::string PhaseAt(MonoNs time) const;
   // Returns the guest whose clock is this base, or null.
   [[nodiscard]] const Guest* Root(std::int64_t base_id) const;
 };
+
+// Reads a line of `chronyc -c tracking` after the time since the boot in s: the claim is |correction| + dispersion + delay / 2. Returns nothing
+// if chronyd was not synchronised.
+[[nodiscard]] std::optional<Guest::UtcClaim> ParseTracking(const std::string& line);
 
 // Sets clock_id and own_base_id of a guest from its messages.
 void Identify(Guest& guest);
 
 // Reads what tests/time_guests/run recorded in a folder: `events`, `host.page`, and of each boot of a guest a folder NAME-NUMBER
-// with `page`, `pins` and `messages.log`.
+// with `page`, `pins`, `messages.log` and perhaps `chrony.csv`.
 [[nodiscard]] Result<GuestRun> ReadGuestRun(const std::string& folder);
 
 }  // namespace axlecast

@@ -67,7 +67,7 @@ done
 def ticks_per_ms(page):
     """The rate of this host's time stamp counter, from its own page (clock_page.h)."""
     def reading(number):
-        before, mono, _, _ = struct.unpack_from("<4q", content, 4096 + 32 * number)
+        before, mono, *_ = struct.unpack_from("<5q", content, 4096 + 40 * number)
         return before, mono
 
     def enough():

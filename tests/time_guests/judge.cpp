@@ -28,6 +28,7 @@ class Judge {
         if (message.time.host == guest.host) OnClaim(guest, message.time);
       }
       Consume(guest);
+      for (const Guest::UtcClaim& claim : guest.utc_claims) OnUtcClaim(guest, claim);
     }
     return phases_;
   }
@@ -43,13 +44,7 @@ class Judge {
     return std::find_if(phases_.begin(), phases_.end(),
                         [&](const PhaseFigures& phase) { return phase.name == name; });
   }
-  PhaseFigures& PhaseAt(MonoNs time) {
-    auto phase = phases_.begin();
-    for (const TestEvent& event : run_.events) {
-      if (event.kind == TestEvent::Kind::kPhase && event.at <= time) phase = Find(event.text);
-    }
-    return *phase;
-  }
+  PhaseFigures& PhaseAt(MonoNs time) { return *Find(run_.PhaseAt(time)); }
   // Returns the newest of two kinds of events if it is of the first kind.
   [[nodiscard]] std::optional<MonoNs> Since(TestEvent::Kind begin, TestEvent::Kind end, MonoNs time) const {
     std::optional<MonoNs> since;
@@ -95,6 +90,24 @@ class Judge {
     phase.half_widths.push_back(claim.half_width_ns);
     phase.from_middle.push_back(std::abs(middle - claim.base_ns));
     phase.oracle_error = std::max(phase.oracle_error, truth->highest - truth->lowest);
+  }
+
+  // UNIX time of this guest minus that of the root, which is its server.
+  void OnUtcClaim(const Guest& guest, const Guest::UtcClaim& claim) {
+    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, claim.mono);
+    if (!ticks) return;
+    const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
+    const std::optional<MonoNs> time = HostTime(host_ticks);
+    const std::optional<Bounds> own = guest.clocks.At(Clock::kUtc, *ticks);
+    for (const Guest& root : run_.guests) {
+      const auto server = root.clocks.At(Clock::kUtc, GuestRun::OnGuest(root, host_ticks));
+      if (root.own_base_id == 0 || !time || !own || !server) continue;
+      const Bounds error = own->Minus(*server);
+      PhaseFigures& phase = PhaseAt(*time);
+      phase.utc.Count(JudgeInterval(error, 0, claim.half_width));
+      phase.utc_half_widths.push_back(claim.half_width);
+      phase.utc_errors.push_back(std::max(std::abs(error.lowest), std::abs(error.highest)));
+    }
   }
 
   // A guest that the host of the test starves notices a cause later.

@@ -19,10 +19,14 @@ constexpr std::int64_t kBase = 9;
 MonoNs HostMono(MonoNs time) { return 100 * kSecond + time; }
 MonoNs Mono(const Guest& guest, MonoNs time) { return guest.clock_id * kSecond + time + time / 20'000; }
 MonoNs Raw(const Guest& guest, MonoNs time) { return 7 * guest.clock_id * kSecond + time; }
+// UNIX time of b is 40 us ahead.
+MonoNs Utc(const Guest& guest, MonoNs time) {
+  return 1'000 * kSecond + time + (guest.host == "b" ? 40 * kMicrosecond : 0);
+}
 
 ClockReading ReadingAt(const Guest& guest, MonoNs time) {
   const Ticks ticks = 2 * time + guest.ticks_ahead.lowest;
-  return {ticks - 100, Mono(guest, time), Raw(guest, time), ticks + 100};
+  return {ticks - 100, Mono(guest, time), Raw(guest, time), Utc(guest, time), ticks + 100};
 }
 
 // 10 s of two guests: a is the root. Each receives a message of each, 10 times a second, 2 ms later.
@@ -30,7 +34,7 @@ class JudgeTest : public ::testing::Test {
  protected:
   JudgeTest() {
     for (MonoNs time = 0; time < 10 * kSecond; time += 10 * kMillisecond) {
-      run_.host.Add({2 * time - 100, HostMono(time), HostMono(time), 2 * time + 100});
+      run_.host.Add({2 * time - 100, HostMono(time), HostMono(time), 0, 2 * time + 100});
     }
     AddGuest("a", 3, kBase);
     AddGuest("b", 4, 0);
@@ -166,6 +170,26 @@ TEST_F(JudgeTest, SeparatesThePhases) {
 TEST_F(JudgeTest, JudgesNothingOfAnUnknownBase) {
   for (Guest::Message& message : run_.guests[1].messages) message.time.base_id = 5;
   EXPECT_EQ(Judged()[0].claims.unjudged, 80);
+}
+
+// Lines that chronyc 4.3 printed in a guest: 72.430 us of correction, 1,016.416 us of dispersion, 1,030.665 us of delay.
+TEST_F(JudgeTest, ComparesWhatChronydClaimsWithTheTruth) {
+  const auto claim = ParseTracking(
+      "30.46,0A000001,10.0.0.1,2,1795690759.693363742,0.000072430,-0.000156311,0.000332381,94.949,-18.744,615.504,"
+      "0.001030665,0.001016416,0.3,Normal");
+  ASSERT_TRUE(claim);
+  EXPECT_EQ(claim->mono, 30'460 * kMillisecond);
+  EXPECT_NEAR(static_cast<double>(claim->half_width), 1'604'178.5, 1);
+  EXPECT_FALSE(ParseTracking(
+      "28.29,00000000,,0,0.000000000,0.000000000,0.000000000,0.000000000,0.000,0.000,0.000,1.000000000,1.000000000,"
+      "0.0,Not synchronised"));
+  EXPECT_FALSE(ParseTracking("506 Cannot talk to daemon"));
+  Guest& guest = run_.guests[1];
+  guest.utc_claims = {{Mono(guest, 3 * kSecond), 41 * kMicrosecond}, {Mono(guest, 4 * kSecond), 39 * kMicrosecond}};
+  const auto phases = Judged();
+  EXPECT_EQ(phases[0].utc.holds, 1);
+  EXPECT_EQ(phases[0].utc.misses, 1);
+  EXPECT_TRUE(IsTrue(phases));
 }
 
 }  // namespace

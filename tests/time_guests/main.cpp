@@ -54,6 +54,13 @@ void Print(const PhaseFigures& phase) {
         Milliseconds(Percentile(phase.half_widths, 100)), Milliseconds(Percentile(phase.from_middle, 50)),
         Milliseconds(Percentile(phase.from_middle, 100)), static_cast<double>(phase.oracle_error) * 1e-3);
   }
+  Print("chronyd's claims of UNIX time", phase.utc);
+  if (!phase.utc_errors.empty()) {
+    std::printf("  claimed p50 %.3f, max %.3f ms; true error p50 %.3f, max %.3f ms\n",
+                Milliseconds(Percentile(phase.utc_half_widths, 50)),
+                Milliseconds(Percentile(phase.utc_half_widths, 100)),
+                Milliseconds(Percentile(phase.utc_errors, 50)), Milliseconds(Percentile(phase.utc_errors, 100)));
+  }
   if (phase.late > 0 || phase.starved > 0) {
     std::printf("  claims 2 s + %.0f ms after the cause of their end: %" PRId64 "\n", Milliseconds(phase.starved),
                 phase.late);
