@@ -8,7 +8,8 @@ packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux
   libgtest-dev libgmock-dev libbenchmark-dev
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
-# tests/vm. Its kernel, the package that linux-image-amd64 depends on, is fetched by tests/vm/run and not installed.
+# tests/vm and tests/time_guests. Their kernel, the package that linux-image-amd64 depends on, is fetched by tests/vm/run and not
+# installed; nor is chrony, which tests/time_guests fetches.
 packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils"
 # What the tests are compiled with.
 packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev libfuse3-dev procps git"

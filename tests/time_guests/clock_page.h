@@ -14,9 +14,9 @@ namespace axlecast {
 // A count of the processor's time stamp counter. Under QEMU without acceleration, that of a guest is that of its host minus a constant.
 using Ticks = std::int64_t;
 
-// Two readings of the counter, on two cores of a host, may be in the wrong order by this: the counters of the cores differ by some
-// 30 ticks, and count in steps of up to 26.
-inline constexpr Ticks kCounterError = 100;
+// Two readings of the counter, on two cores of a host, may be in the wrong order by this. On a host that is itself a virtual machine, the
+// counters of its cores were seen to differ by up to some 150 ticks. They count in steps of up to 26.
+inline constexpr Ticks kCounterError = 500;
 
 inline Ticks ReadTicks() {
   _mm_lfence();  // what comes before is done
