@@ -49,7 +49,7 @@ def drift(run, count):
 
 
 def beyond_slew(run, _count):
-    """5,000 ppm where the machine file says at most 1,000: the claim ends, and a new epoch begins."""
+    """5,000 ppm where the machine file has a limit of 1,000: the claim ends, and a new epoch begins."""
     run.phase("CLOCK_MONOTONIC of b slewed by 5,000 ppm, beyond max_slew_ppm")
     before = run.states()[-1]
     run.event("beyond")

@@ -43,7 +43,7 @@ class GuestPair:
     # -- guests
 
     def kernel_options(self, name):
-        """Sets the rate of CLOCK_MONOTONIC_RAW: the kernel keeps what it is told here if its own measurement differs by more than 1 %."""
+        """Sets the rate of CLOCK_MONOTONIC_RAW: the kernel keeps this rate because its own measurement differs by more than 1 %."""
         return f" tsc_early_khz={round(0.97 * self.ticks_per_ms / (1 + self.ppm[name] * 1e-6))}"
 
     def make(self, name):
