@@ -113,7 +113,9 @@ class Judge {
   // A guest that the host of the test starves notices a cause later.
   void CheckWithdrawal(const Guest& guest, MonoNs time, PhaseFigures& phase) {
     const std::optional<MonoNs> cause = Since(TestEvent::Kind::kWithdraw, TestEvent::Kind::kResume, time);
-    if (!cause || time <= *cause + kWithdrawal) return;
+    if (!cause) return;
+    phase.last = std::max(phase.last, time - *cause);
+    if (time <= *cause + kWithdrawal) return;
     const auto from = run_.host.When(Clock::kMono, *cause - kSecond);
     const auto until = run_.host.When(Clock::kMono, time);
     if (!from || !until) return;

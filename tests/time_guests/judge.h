@@ -43,13 +43,14 @@ struct PhaseFigures {
   std::string name;
   Verdicts claims;  // published by a guest that is not the root
   Verdicts own;     // published by the root of its own clock
-  Verdicts
-      instants;  // that a consumer was given by TimeBase, of a reading of a guest: on the base, or on another guest's clock
+  // Given to a consumer by TimeBase for a reading of a guest: on the base, or on the clock of another guest.
+  Verdicts instants;
   Comparisons comparisons;
-  Verdicts beyond;  // claims and instants while a limit is exceeded on which they rest; they may miss the truth
+  // Claims and instants while a limit is exceeded on which they rest. They may miss the truth.
+  Verdicts beyond;
   std::int64_t late = 0;  // claims later than kWithdrawal after the cause of their end
-  MonoNs starved =
-      0;  // by which the limit was extended: the longest gap between the readings of the guest meanwhile
+  MonoNs last = 0;        // longest time from a cause to a claim before its end
+  MonoNs starved = 0;     // extends kWithdrawal: the longest gap between the readings of the guest meanwhile
   // Of claims, in ns.
   std::vector<std::int64_t> half_widths;
   std::vector<std::int64_t> from_middle;  // the truth

@@ -136,6 +136,7 @@ TEST_F(JudgeTest, FindsClaimsThatOutliveTheirCause) {
   Add(5'950 * kMillisecond, TestEvent::Kind::kResume);
   // Those of 5.1 to 5.9 s.
   EXPECT_EQ(Judged()[0].late, 9);
+  EXPECT_NEAR(static_cast<double>(Judged()[0].last), 2.9e9, 1e3);
   EXPECT_FALSE(IsTrue(Judged()));
   for (Guest::Message& message : run_.guests[1].messages) {
     const MonoNs mono = message.time.mono_ns;

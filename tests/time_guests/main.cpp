@@ -61,9 +61,9 @@ void Print(const PhaseFigures& phase) {
                 Milliseconds(Percentile(phase.utc_half_widths, 100)),
                 Milliseconds(Percentile(phase.utc_errors, 50)), Milliseconds(Percentile(phase.utc_errors, 100)));
   }
-  if (phase.late > 0 || phase.starved > 0) {
-    std::printf("  claims 2 s + %.0f ms after the cause of their end: %" PRId64 "\n", Milliseconds(phase.starved),
-                phase.late);
+  if (phase.last > 0) {
+    std::printf("  last claim %.3f s after the cause of its end; later than 2 s + %.0f ms: %" PRId64 "\n",
+                Milliseconds(phase.last) * 1e-3, Milliseconds(phase.starved), phase.late);
   }
 }
 
