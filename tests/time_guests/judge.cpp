@@ -25,7 +25,9 @@ class Judge {
     if (phases_.empty()) return phases_;
     for (const Guest& guest : run_.guests) {
       for (const Guest::Message& message : guest.messages) {
-        if (message.time.host == guest.host) OnClaim(guest, message.time);
+        if (message.time.host != guest.host) continue;
+        OnClaim(guest, message.time);
+        OnUtc(guest, message.time);
       }
       Consume(guest);
       for (const Guest::UtcClaim& claim : guest.utc_claims) OnUtcClaim(guest, claim);
@@ -92,21 +94,36 @@ class Judge {
     phase.oracle_error = std::max(phase.oracle_error, truth->highest - truth->lowest);
   }
 
-  // UNIX time of this guest minus that of the root, which is its server.
+  // UNIX time of the root, which is the server of chronyd in the guest.
   void OnUtcClaim(const Guest& guest, const Guest::UtcClaim& claim) {
     const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, claim.mono);
     if (!ticks) return;
     const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
     const std::optional<MonoNs> time = HostTime(host_ticks);
     const std::optional<Bounds> own = guest.clocks.At(Clock::kUtc, *ticks);
+    if (!time || !own) return;
+    PhaseFigures& phase = PhaseAt(*time);
     for (const Guest& root : run_.guests) {
       const auto server = root.clocks.At(Clock::kUtc, GuestRun::OnGuest(root, host_ticks));
-      if (root.own_base_id == 0 || !time || !own || !server) continue;
+      if (root.own_base_id == 0 || !server) continue;
       const Bounds error = own->Minus(*server);
-      PhaseFigures& phase = PhaseAt(*time);
       phase.utc.Count(JudgeInterval(error, 0, claim.half_width));
       phase.utc_half_widths.push_back(claim.half_width);
       phase.utc_errors.push_back(std::max(std::abs(error.lowest), std::abs(error.highest)));
+    }
+  }
+  // The claim of UNIX time that a message states beside that of the base.
+  void OnUtc(const Guest& guest, const time_quality_t& message) {
+    if (message.utc_grade == time_quality_t::GRADE_NONE || message.utc_half_width_ns < 0) return;
+    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, message.mono_ns);
+    if (!ticks) return;
+    const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
+    const std::optional<MonoNs> time = HostTime(host_ticks);
+    if (!time) return;
+    for (const Guest& root : run_.guests) {
+      const auto server = root.clocks.At(Clock::kUtc, GuestRun::OnGuest(root, host_ticks));
+      if (root.own_base_id == 0 || !server) continue;
+      PhaseAt(*time).utc_published.Count(JudgeInterval(server, message.utc_ns, message.utc_half_width_ns));
     }
   }
 

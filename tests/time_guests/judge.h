@@ -56,6 +56,7 @@ struct PhaseFigures {
   std::vector<std::int64_t> from_middle;  // the truth
   // What chronyd claimed of UNIX time against the root's, and the true error, in ns. Its claims are not proven: false ones are no failure.
   Verdicts utc;
+  Verdicts utc_published;  // in TIME messages
   std::vector<std::int64_t> utc_half_widths;
   std::vector<std::int64_t> utc_errors;
   std::int64_t oracle_error = 0;  // greatest width of the bounds of the truth

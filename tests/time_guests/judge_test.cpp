@@ -193,5 +193,19 @@ TEST_F(JudgeTest, ComparesWhatChronydClaimsWithTheTruth) {
   EXPECT_TRUE(IsTrue(phases));
 }
 
+TEST_F(JudgeTest, ComparesTheUnixTimeOfTimeMessagesWithTheTruth) {
+  Guest& guest = run_.guests[1];
+  for (const std::size_t message : {41U, 43U}) {
+    time_quality_t& time = guest.messages[message].time;
+    time.utc_ns = Utc(guest, (time.mono_ns - 4 * kSecond) * 20'000 / 20'001);
+    time.utc_half_width_ns = message == 41 ? 41 * kMicrosecond : 39 * kMicrosecond;
+    time.utc_grade = Q::GRADE_CLAIMED;
+  }
+  const auto phases = Judged();
+  EXPECT_EQ(phases[0].utc_published.holds, 1);
+  EXPECT_EQ(phases[0].utc_published.misses, 1);
+  EXPECT_TRUE(IsTrue(phases));
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -55,6 +55,7 @@ void Print(const PhaseFigures& phase) {
         Milliseconds(Percentile(phase.from_middle, 100)), static_cast<double>(phase.oracle_error) * 1e-3);
   }
   Print("chronyd's claims of UNIX time", phase.utc);
+  Print("these in TIME messages", phase.utc_published);
   if (!phase.utc_errors.empty()) {
     std::printf("  claimed p50 %.3f, max %.3f ms; true error p50 %.3f, max %.3f ms\n",
                 Milliseconds(Percentile(phase.utc_half_widths, 50)),
