@@ -118,14 +118,9 @@ void AddBus(const BusView& bus, MonoNs now, std::vector<std::string>& faults) {
   }
 }
 
-// A host all of whose buses are silent.
 void AddSilentHosts(const MachineView& machine, MonoNs now, std::vector<std::string>& faults) {
   for (const HostConfig& host : machine.placement()) {
-    const auto silent = [&](const std::string& name) {
-      const BusView* bus = Find(machine.buses(), name);
-      return bus == nullptr || !bus->State(now);
-    };
-    if (host.buses.empty() || !std::ranges::all_of(host.buses, silent)) continue;
+    if (!IsSilent(host, machine, now)) continue;
     faults.push_back("host " + host.name + ": nothing arrives from its buses (" + Listed(host.buses) +
                      "): does `axlecast up` or axlecast.target run there?");
   }
@@ -141,6 +136,28 @@ void AddHosts(const MachineView& machine, MonoNs now, std::vector<std::string>& 
     if (host.Claims(now) || (&host == root && !host.State(now))) continue;
     faults.push_back("time base: host " + host.name + ": " + (host.State(now) ? host.quality.reason : "silent"));
   }
+}
+
+// Bridge, broker and time base.
+void AddServices(const MachineView& machine, MonoNs now, std::vector<std::string>& faults) {
+  if (machine.bridge().Fresh(now)) {
+    for (const alarm_entry_t& alarm : machine.bridge().entries()) {
+      if (alarm.severity < alarm_entry_t::SEVERITY_ERROR) continue;
+      faults.push_back("bridge: " + alarm.name + ": " + alarm.action);
+    }
+  }
+  if (machine.broker().Fresh(now)) {
+    for (const alarm_entry_t& alarm : machine.broker().entries()) {
+      faults.push_back("mqtt: " + alarm.name + ": " + alarm.action);
+    }
+  }
+  AddHosts(machine, now, faults);
+  for (std::string& fault : UtcFaults(machine, now)) faults.push_back(std::move(fault));
+}
+
+void AddNetwork(const MachineView& machine, std::vector<std::string>& faults) {
+  const std::string& network = machine.reception().network;
+  if (!network.empty()) faults.push_back("LCM: " + network);
 }
 
 }  // namespace
@@ -399,10 +416,17 @@ bool MachineView::NothingReceived() const {
 
 const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }
 
+bool IsSilent(const HostConfig& host, const MachineView& machine, MonoNs now) {
+  const auto silent = [&](const std::string& name) {
+    const BusView* bus = Find(machine.buses(), name);
+    return bus == nullptr || !bus->State(now);
+  };
+  return !host.buses.empty() && std::ranges::all_of(host.buses, silent);
+}
+
 std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
   std::vector<std::string> faults;
-  if (const std::string& network = machine.reception().network; !network.empty())
-    faults.push_back("LCM: " + network);
+  AddNetwork(machine, faults);
   AddSilentHosts(machine, now, faults);
   for (const DeviceView& device : machine.devices()) {
     if (device.listed) AddDevice(device, now, faults);
@@ -410,19 +434,15 @@ std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now) {
   for (const BusView& bus : machine.buses()) {
     if (bus.listed) AddBus(bus, now, faults);
   }
-  if (machine.bridge().Fresh(now)) {
-    for (const alarm_entry_t& alarm : machine.bridge().entries()) {
-      if (alarm.severity < alarm_entry_t::SEVERITY_ERROR) continue;
-      faults.push_back("bridge: " + alarm.name + ": " + alarm.action);
-    }
-  }
-  if (machine.broker().Fresh(now)) {
-    for (const alarm_entry_t& alarm : machine.broker().entries()) {
-      faults.push_back("mqtt: " + alarm.name + ": " + alarm.action);
-    }
-  }
-  AddHosts(machine, now, faults);
-  for (std::string& fault : UtcFaults(machine, now)) faults.push_back(std::move(fault));
+  AddServices(machine, now, faults);
+  return faults;
+}
+
+std::vector<std::string> CommonFaults(const MachineView& machine, MonoNs now) {
+  std::vector<std::string> faults;
+  AddNetwork(machine, faults);
+  AddSilentHosts(machine, now, faults);
+  AddServices(machine, now, faults);
   return faults;
 }
 

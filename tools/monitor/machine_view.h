@@ -235,4 +235,10 @@ class MachineView {
 // - if the machine has a time base, its root and every other host that publishes TIME claim an interval.
 [[nodiscard]] std::vector<std::string> MachineFaults(const MachineView& machine, MonoNs now);
 
+// Returns the part of MachineFaults that is about no single device or bus: hosts, bridge, broker and time base.
+[[nodiscard]] std::vector<std::string> CommonFaults(const MachineView& machine, MonoNs now);
+
+// Returns true if the host runs buses and none of them has a state.
+[[nodiscard]] bool IsSilent(const HostConfig& host, const MachineView& machine, MonoNs now);
+
 }  // namespace axlecast

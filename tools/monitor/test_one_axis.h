@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
@@ -20,6 +22,19 @@ inline MachineConfig OneAxis(const Family* family = nullptr) {
   device.name = "axis1";
   bus.devices.push_back(device);
   machine.buses.push_back(bus);
+  return machine;
+}
+
+// Returns a machine of `number` buses `line0`, `line1`, ... with one device each: `axis0`, `axis1`, ...
+inline MachineConfig Axes(std::size_t number) {
+  MachineConfig machine;
+  machine.machine = "hall3";
+  machine.file = "machine.yaml";
+  for (std::size_t i = 0; i < number; ++i) {
+    BusConfig& bus = machine.buses.emplace_back();
+    bus.name = "line" + std::to_string(i);
+    bus.devices.emplace_back().name = "axis" + std::to_string(i);
+  }
   return machine;
 }
 

@@ -1,5 +1,6 @@
 #include "tools/axlecast/live/format_machine.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <iterator>
@@ -9,7 +10,9 @@
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
+#include "tools/axlecast/live/format_counts.h"
 #include "tools/axlecast/live/format_device.h"
+#include "tools/monitor/machine_counts.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
@@ -20,6 +23,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kUnsignedWarning =
     "unsigned commands are obeyed (bridge: unsigned_commands: allow): anybody on the network segment can command "
     "it";
+
+constexpr const char* kGoodText = "good: every device ONLINE, every bus UP\n";
 
 std::string Row(std::string_view name, const std::string& value) { return Left(name, 18) + value + '\n'; }
 
@@ -36,6 +41,32 @@ Json AlarmsJson(const std::vector<alarm_entry_t>& alarms) {
   Json json = Json::array();
   for (const alarm_entry_t& alarm : alarms) json.push_back(ToJson(alarm));
   return json;
+}
+
+// The reason of a silent part whose newest message is this old.
+std::string SilenceText(MonoNs age) {
+  return "the last message came " + Decimal(static_cast<double>(age) / 1e9, 1) + " s ago";
+}
+
+std::string InBrackets(const std::string& reason) { return reason.empty() ? "" : "  (" + reason + ')'; }
+
+std::string DeviceRows(const DeviceView& device, MonoNs now) {
+  std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
+  if (device.info && !device.State(now)) reason = SilenceText(now - std::max(device.info_at, device.reading_at));
+  std::string text = Left(device.name, 24) + ' ' + Left(device.StateText(now), 9) + ' ' +
+                     Right(ValueText(device), 22) + "  " + AlarmText(device, 24) +
+                     (device.Online(now) ? "" : InBrackets(reason)) + '\n';
+  if (const std::string margins = MarginsText(device); !margins.empty())
+    text += std::string(25, ' ') + margins + '\n';
+  return text;
+}
+
+std::string BusRow(const BusView& bus, MonoNs now) {
+  const std::string errors = bus.health ? ErrorCounts(bus.health->errors) : "";
+  std::string reason = bus.health ? Printable(bus.health->last_error) : "the bus never reported";
+  if (bus.health && !bus.State(now)) reason = SilenceText(now - bus.health_at);
+  return Left(bus.name, 24) + ' ' + Left(bus.StateText(now), 9) + ' ' +
+         (errors.empty() ? "" : "errors: " + errors) + (bus.Up(now) ? "" : InBrackets(reason)) + '\n';
 }
 
 std::string BridgeRows(const AlarmView& bridge, MonoNs now) {
@@ -246,14 +277,18 @@ std::string BusText(const BusView& bus, MonoNs now) {
   return line + '\n';
 }
 
+std::string Indented(const std::vector<std::string>& texts) {
+  std::string rows;
+  for (const std::string& text : texts) rows += "  " + Printable(text) + '\n';
+  return rows;
+}
+
 // Formats the lost messages, and the faults or `good`.
 std::string EndText(const MachineView& machine, const std::vector<std::string>& faults, const char* good) {
   std::string text = machine.ReceptionLoss();
   if (!text.empty()) text += '\n';
   if (faults.empty()) return text + good;
-  text += "not good:\n";
-  for (const std::string& fault : faults) text += "  " + Printable(fault) + '\n';
-  return text;
+  return text + "not good:\n" + Indented(faults);
 }
 
 std::string Text(const MachineView& machine, const std::vector<std::string>& faults, MonoNs now, double seconds) {
@@ -313,26 +348,27 @@ Json TimeJson(const MachineView& machine, MonoNs now) {
 
 }  // namespace
 
-std::string StatusText(const MachineView& machine, MonoNs now) {
+std::string StatusText(const MachineView& machine, MonoNs now, StatusRows rows) {
+  const bool hides_good = rows == StatusRows::kByNumber && machine.devices().size() > kMaxGoodRows;
   std::string text;
   if (machine.allows_unsigned()) text += "warning: " + std::string(kUnsignedWarning) + '\n';
+  if (hides_good || rows == StatusRows::kAll) text += CountsText(CountParts(machine, now));
   for (const DeviceView& device : machine.devices()) {
-    const std::string reason = device.info ? Printable(device.info->reason) : "no driver answers";
-    text += Left(device.name, 24) + ' ' + Left(device.StateText(now), 9) + ' ' + Right(ValueText(device), 22) +
-            "  " + AlarmText(device, 24) + (device.Online(now) || reason.empty() ? "" : "  (" + reason + ")") +
-            '\n';
-    if (const std::string margins = MarginsText(device); !margins.empty())
-      text += std::string(25, ' ') + margins + '\n';
+    if (!hides_good || NeedsAttention(device, now)) text += DeviceRows(device, now);
   }
   for (const BusView& bus : machine.buses()) {
-    const std::string errors = bus.health ? ErrorCounts(bus.health->errors) : "";
-    text += Left(bus.name, 24) + ' ' + Left(bus.StateText(now), 9) + ' ' +
-            (errors.empty() ? "" : "errors: " + errors) +
-            (bus.health && !bus.Up(now) ? "  (" + Printable(bus.health->last_error) + ")" : "") + '\n';
+    if (!hides_good || !bus.Up(now)) text += BusRow(bus, now);
   }
-  for (const HostView& host : machine.hosts()) text += HostRow(host, now);
+  for (const HostView& host : machine.hosts()) {
+    if (!hides_good || !host.Claims(now)) text += HostRow(host, now);
+  }
   text += BridgeRows(machine.bridge(), now);
-  return text + EndText(machine, MachineFaults(machine, now), "good: every device ONLINE, every bus UP\n");
+  const std::vector<std::string> faults = MachineFaults(machine, now);
+  if (!hides_good || faults.empty()) return text + EndText(machine, faults, kGoodText);
+  // The rows above are the causes of the devices and buses.
+  const std::vector<std::string> common = CommonFaults(machine, now);
+  if (common.size() == faults.size()) return text + EndText(machine, common, kGoodText);
+  return text + EndText(machine, {}, "not good: devices or buses as above\n") + Indented(common);
 }
 
 Json StatusJson(const MachineView& machine, MonoNs now) {
@@ -344,6 +380,7 @@ Json StatusJson(const MachineView& machine, MonoNs now) {
   json["faults"] = faults;
   json["warnings"] = Json::array();
   if (machine.allows_unsigned()) json["warnings"].push_back(kUnsignedWarning);
+  json["counts"] = CountsJson(CountParts(machine, now));
   json["devices"] = Json::array();
   for (const DeviceView& device : machine.devices()) {
     Json entry = {{"device", device.name},

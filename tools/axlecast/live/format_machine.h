@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,7 +14,15 @@ namespace axlecast {
 
 // What `axlecast status`, `info` and `up` print (docs/cli.md).
 
-[[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now);
+// The rows of `axlecast status`.
+enum class StatusRows : std::uint8_t {
+  kByNumber,  // of a machine with more than kMaxGoodRows devices: numbers, and only the rows that need attention
+  kAll,       // numbers, and every row
+};
+inline constexpr std::size_t kMaxGoodRows = 16;
+
+[[nodiscard]] std::string StatusText(const MachineView& machine, MonoNs now,
+                                     StatusRows rows = StatusRows::kByNumber);
 [[nodiscard]] nlohmann::ordered_json StatusJson(const MachineView& machine, MonoNs now);
 
 // The DEVICE message of `device` must have been received.

@@ -26,6 +26,7 @@ struct Options {
   ConfigOption config;
   std::vector<std::string> names;  // of `info`: [CONFIG] DEVICE
   bool limits = false;
+  bool all = false;
   bool json = false;
 };
 
@@ -43,7 +44,8 @@ int Status(const MachineConfig& machine, const Options& options) {
   if (gathered) gathered = GatherLimits(options, live, clock, all_known);
   if (!gathered) return Fail(gathered.error().text, kExitBad);
   const MonoNs now = clock.Now();
-  Show(StatusJson(live.view(), now), StatusText(live.view(), now), options.json);
+  const StatusRows rows = options.all ? StatusRows::kAll : StatusRows::kByNumber;
+  Show(StatusJson(live.view(), now), StatusText(live.view(), now, rows), options.json);
   if (MachineFaults(live.view(), now).empty()) return kExitDone;
   return live.view().NothingReceived() ? kExitNoAnswer : kExitBad;
 }
@@ -79,6 +81,9 @@ void AddStatusCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("status", "Show whether all devices are online");
   options->config.AddTo(*command, ConfigOption::Form::kPositional);
   command->add_flag("--limits", options->limits, kLimitsHelp);
+  command->add_flag("--all", options->all,
+                    "Print the row of every part, also where " + std::to_string(kMaxGoodRows + 1) +
+                        " or more devices are shown as numbers");
   command->add_flag("--json", options->json, "Print one JSON object");
   command->footer(
       "example: axlecast status machine.yaml && echo good\n"
