@@ -11,6 +11,7 @@
 
 #include "core/base/spelling.h"
 #include "core/base/text.h"
+#include "core/config/yaml_entries.h"
 
 namespace axlecast {
 namespace {
@@ -68,7 +69,7 @@ class Expander {
   explicit Expander(ConfigErrors& errors) : errors_(errors) {}
 
   YAML::Node Expand(const YAML::Node& document) {
-    pool_.push_back(document);
+    maker_.Adopt(document);
     const std::vector<Entry> root = EntriesOf(Merged(document));
     const YAML::Node* const defaults = Find(root, kDefaults);
     if (defaults != nullptr && !defaults->IsNull() && !defaults->IsMap())
@@ -93,40 +94,18 @@ class Expander {
   }
 
  private:
-  // Never assigned: an assignment of YAML::Node changes the node that it refers to, in every tree that has it.
-  using Entry = std::pair<const YAML::Node, const YAML::Node>;
-
-  static bool IsKey(const YAML::Node& key, std::string_view name) { return key.IsScalar() && key.Scalar() == name; }
+  using Entry = YamlEntry;
 
   static const YAML::Node* Find(const std::vector<Entry>& entries, std::string_view key) {
-    const auto found =
-        std::find_if(entries.begin(), entries.end(), [key](const Entry& each) { return IsKey(each.first, key); });
-    return found == entries.end() ? nullptr : &found->second;
+    const Entry* const found = FindEntry(entries, key);
+    return found == nullptr ? nullptr : &found->second;
   }
   static const YAML::Node* Find(const std::vector<Entry>& entries, const YAML::Node& key) {
     return key.IsScalar() ? Find(entries, key.Scalar()) : nullptr;
   }
 
-  // A node of its own would copy the bookkeeping of the whole document with its first child: yaml-cpp merges the memory of a
-  // child into that of its parent.
-  YAML::Node Made(YAML::NodeType::value type) {
-    const YAML::Node node(type);
-    pool_.push_back(node);
-    return node;
-  }
-
-  YAML::Node MapOf(const std::vector<Entry>& entries) {
-    YAML::Node map = Made(YAML::NodeType::Map);
-    for (const auto& [key, value] : entries) map.force_insert(key, value);
-    return map;
-  }
-
-  static std::vector<Entry> EntriesOf(const YAML::Node& map) {
-    std::vector<Entry> entries;
-    if (!map.IsDefined() || !map.IsMap()) return entries;
-    for (const auto& entry : map) entries.emplace_back(entry.first, entry.second);
-    return entries;
-  }
+  YAML::Node Made(YAML::NodeType::value type) { return maker_.Made(type); }
+  YAML::Node MapOf(const std::vector<Entry>& entries) { return maker_.MapOf(entries); }
 
   // ---- merge keys ----
 
@@ -277,7 +256,7 @@ class Expander {
 
   ConfigErrors& errors_;
   std::size_t nodes_ = 0;
-  YAML::Node pool_{YAML::NodeType::Sequence};  // every node that was made
+  YamlMaker maker_;
 };
 
 bool IsAbbreviated(const YAML::Node& node) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <sstream>
+#include <tuple>
 
 #include "core/base/spelling.h"
 #include "core/base/text.h"
@@ -69,16 +70,60 @@ std::optional<std::int64_t> ParseWhole(std::string_view text) {
 
 }  // namespace
 
+void ConfigErrors::AddFile(const std::string& file, int begin) {
+  const bool known =
+      std::any_of(files_.begin() + 1, files_.end(), [begin](const File& f) { return f.begin == begin; });
+  if (!known) files_.push_back({file, begin, 1});
+}
+
+const ConfigErrors::File& ConfigErrors::FileOf(int line) const {
+  return *std::prev(std::upper_bound(files_.begin() + 1, files_.end(), line,
+                                     [](int number, const File& file) { return number < file.begin; }));
+}
+
+ConfigErrors::Place ConfigErrors::PlaceOf(const YAML::Mark& mark) const {
+  if (mark.is_null() || mark.line < 0) return {};
+  const File& file = FileOf(mark.line);
+  return {&file == &files_.front() ? "" : file.name, mark.line - file.begin + file.first_line};
+}
+
+std::string ConfigErrors::PlaceText(const YAML::Mark& mark, const YAML::Mark& from) const {
+  const Place place = PlaceOf(mark);
+  const std::string& name = place.file.empty() ? files_.front().name : place.file;
+  const bool elsewhere = place.file != PlaceOf(from).file;
+  if (place.line == 0) return "an earlier line";
+  return "line " + std::to_string(place.line) + (elsewhere ? " of " + name : "");
+}
+
+std::size_t ConfigErrors::RankOf(const ConfigError& error) const {
+  if (error.file.empty()) return 0;
+  const auto found = std::find_if(files_.begin() + 1, files_.end(),
+                                  [&error](const File& file) { return file.name == error.file; });
+  return static_cast<std::size_t>(found - files_.begin());
+}
+
 void ConfigErrors::Add(const YAML::Mark& mark, std::string text) {
-  if (errors_.size() >= kMaxErrors) return;
+  Place place = PlaceOf(mark);
   ConfigError error;
-  if (!mark.is_null() && mark.line >= 0) {  // yaml-cpp counts from 0
-    error.line = mark.line + first_line_;
-    error.column = mark.column + 1;
-  }
-  error.text = TerminalText(text, TextShape::kOneLine);  // keys and values of the file may hold anything
-  const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [](const auto& a, const auto& b) {
-    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  error.line = place.line;
+  if (place.line > 0) error.column = mark.column + 1;  // yaml-cpp counts from 0
+  error.text = std::move(text);
+  error.file = std::move(place.file);
+  Insert(std::move(error));
+}
+
+void ConfigErrors::AddOfLastFile(std::string text) {
+  ConfigError error;
+  error.text = std::move(text);
+  if (files_.size() > 1) error.file = files_.back().name;
+  Insert(std::move(error));
+}
+
+void ConfigErrors::Insert(ConfigError error) {
+  if (errors_.size() >= kMaxErrors) return;
+  error.text = TerminalText(error.text, TextShape::kOneLine);  // keys and values of the file may hold anything
+  const auto place = std::upper_bound(errors_.begin(), errors_.end(), error, [this](const auto& a, const auto& b) {
+    return std::tuple(RankOf(a), a.line, a.column) < std::tuple(RankOf(b), b.line, b.column);
   });
   // Two readers of one mapping find the same.
   if (place != errors_.begin() && std::prev(place)->line == error.line && std::prev(place)->text == error.text)
@@ -96,10 +141,9 @@ void ConfigErrors::Asked(ConfigKey key) {
 }
 
 std::string ConfigErrors::Text() const {
-  const std::string file = TerminalText(file_, TextShape::kOneLine);
   std::string text;
   for (const ConfigError& error : errors_) {
-    text += file;
+    text += TerminalText(error.file.empty() ? files_.front().name : error.file, TextShape::kOneLine);
     if (error.line > 0) text += ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
     text += ": " + error.text + '\n';
   }
@@ -378,7 +422,7 @@ void ConfigMap::ReportUnknown(const std::string& key, const YAML::Mark& mark) {
                          Suggestion(key, known, "; known here: " + Listed(known)));
 }
 
-int ConfigMap::line() const { return mark_.is_null() ? 0 : mark_.line + 1; }
+int ConfigMap::line() const { return errors_->PlaceOf(mark_).line; }
 
 SecretPlace LoadPlace(ConfigMap& map, const std::string& example) {
   SecretPlace place;

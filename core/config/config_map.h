@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -19,6 +20,7 @@ struct ConfigError {
   int line = 0;      // 1-based; 0: the file as a whole
   int column = 0;    // 1-based
   std::string text;  // names the key, the value found and what would be right
+  std::string file;  // empty: the file that the errors are of; else one that it includes
 };
 
 // A key that was asked for, whether the file has it or not.
@@ -31,11 +33,31 @@ struct ConfigKey {
   bool required = false;
 };
 
-// The errors of one file, in the order of its lines; and which keys it was asked for, in the order of asking.
+// The errors of one file and of the files that it includes, in the order of their lines; and which keys it was asked for, in the order
+// of asking.
 class ConfigErrors {
  public:
-  explicit ConfigErrors(std::string file, int first_line = 1) : file_(std::move(file)), first_line_(first_line) {}
+  // A line of a file.
+  struct Place {
+    std::string file;  // as in ConfigError
+    int line = 0;      // 1-based; 0: the file as a whole
+  };
+
+  // `first_line`: number of the first line of the YAML text within the file.
+  explicit ConfigErrors(std::string file, int first_line = 1) {
+    files_.push_back({std::move(file), 0, first_line});
+  }
+
+  // Assigns all marks from line `begin` (counted from 0) on to an included file, whose first line it is. Each file must begin behind the
+  // last line of those before it. A file that was added before is left as it is.
+  void AddFile(const std::string& file, int begin);
+  [[nodiscard]] Place PlaceOf(const YAML::Mark& mark) const;
+  // "line 7", with the name of the file if the mark is in another file than `from`.
+  [[nodiscard]] std::string PlaceText(const YAML::Mark& mark, const YAML::Mark& from) const;
+
   void Add(const YAML::Mark& mark, std::string text);
+  // Adds an error about the last file of AddFile as a whole.
+  void AddOfLastFile(std::string text);
   [[nodiscard]] bool empty() const { return errors_.empty(); }
   [[nodiscard]] const std::vector<ConfigError>& list() const { return errors_; }
   [[nodiscard]] std::string Text() const;  // one "file:line:column: text" a line
@@ -44,8 +66,16 @@ class ConfigErrors {
   [[nodiscard]] const std::vector<ConfigKey>& keys() const { return keys_; }
 
  private:
-  std::string file_;
-  int first_line_;  // of the YAML text within the file
+  struct File {
+    std::string name;
+    int begin = 0;       // its first line in the numbers of marks
+    int first_line = 1;  // the number of that line for people
+  };
+  [[nodiscard]] const File& FileOf(int line) const;
+  [[nodiscard]] std::size_t RankOf(const ConfigError& error) const;
+  void Insert(ConfigError error);
+
+  std::vector<File> files_;  // first the file itself, then those that it includes
   std::vector<ConfigError> errors_;
   std::vector<ConfigKey> keys_;
 };

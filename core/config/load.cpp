@@ -64,6 +64,7 @@ class MachineLoader {
       static_cast<void>(root.Has("sets"));  // their axes are on other buses too
     }
     CheckHosts(root, machine_);
+    for (const char* replaced : {"include", "defaults"}) static_cast<void>(root.Has(replaced));  // known, but gone
     root.Done();
     return std::move(machine_);
   }
@@ -248,31 +249,41 @@ class MachineLoader {
 
 }  // namespace
 
-std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors, std::string_view only_bus) {
-  const YAML::Node document = ParseYaml(text, errors);
-  if (!document.IsDefined()) return std::nullopt;
-  MachineConfig machine = MachineLoader(errors, only_bus).Load(ExpandAbbreviations(document, errors));
+namespace {
+
+std::optional<MachineConfig> LoadDocument(MachineDocument document, ConfigErrors& errors,
+                                          std::string_view only_bus) {
+  if (!document.root.IsDefined()) return std::nullopt;
+  MachineConfig machine = MachineLoader(errors, only_bus).Load(ExpandAbbreviations(document.root, errors));
   if (!errors.empty()) return std::nullopt;
-  machine.text = text;
+  machine.text = std::move(document.text);
+  machine.sources = std::move(document.sources);
+  return machine;
+}
+
+}  // namespace
+
+std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors, std::string_view only_bus) {
+  return LoadDocument(ParseMachineText(text, errors), errors, only_bus);
+}
+
+std::optional<MachineConfig> LoadConfigFrom(const std::string& file, const ConfigReader& read, ConfigErrors& errors,
+                                            std::string_view only_bus) {
+  std::optional<MachineConfig> machine = LoadDocument(ReadMachineFile(file, read, errors), errors, only_bus);
+  if (machine) machine->file = file;
   return machine;
 }
 
 std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors, std::string_view only_bus,
                                         ConfigWriters writers) {
-  const Result<std::string> text = ReadConfigFile(file, writers);
-  if (!text) {
-    errors.Add(YAML::Mark::null_mark(), text.error().text);
-    return std::nullopt;
-  }
-  std::optional<MachineConfig> machine = ParseConfig(*text, errors, only_bus);
-  if (machine) machine->file = file;
-  return machine;
+  return LoadConfigFrom(
+      file, [writers](const std::string& path) { return ReadConfigFile(path, writers); }, errors, only_bus);
 }
 
 SimulatorMaker::SimulatorMaker(const MachineConfig& machine, ConfigErrors& errors) : errors_(&errors) {
-  const YAML::Node document = ParseYaml(machine.text, errors);
-  if (!document.IsDefined()) return;
-  ConfigMap root(ExpandAbbreviations(document, errors), "", errors);
+  const MachineDocument document = ReadAgain(machine, errors);
+  if (!document.root.IsDefined()) return;
+  ConfigMap root(ExpandAbbreviations(document.root, errors), "", errors);
   for (auto& [name, map] : root.Maps("buses")) buses_.emplace(name, map);
 }
 

@@ -9,6 +9,7 @@
 
 #include "core/config/config_file.h"
 #include "core/config/config_map.h"
+#include "core/config/includes.h"
 #include "core/config/machine_config.h"
 
 namespace axlecast {
@@ -18,8 +19,13 @@ namespace axlecast {
 [[nodiscard]] std::optional<MachineConfig> LoadConfig(const std::string& file, ConfigErrors& errors,
                                                       std::string_view only_bus = {},
                                                       ConfigWriters writers = ConfigWriters::kOwner);
+// The same of a text in memory, which cannot include files: `include` is an error.
 [[nodiscard]] std::optional<MachineConfig> ParseConfig(const std::string& text, ConfigErrors& errors,
                                                        std::string_view only_bus = {});
+
+// The same of a file and the files that it includes, as `read` returns them.
+[[nodiscard]] std::optional<MachineConfig> LoadConfigFrom(const std::string& file, const ConfigReader& read,
+                                                          ConfigErrors& errors, std::string_view only_bus = {});
 
 // Makes the simulators of a machine's buses by the keys of their `simulate`. Parses the file's text once for all buses.
 class SimulatorMaker {

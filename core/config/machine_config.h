@@ -115,9 +115,17 @@ struct HostConfig {
   bool sets = false;
 };
 
+// A file that was read, and its content.
+struct ConfigSource {
+  std::string file;
+  std::string text;
+};
+
 struct MachineConfig {
   std::string file;
-  std::string text;  // the file's content
+  std::string text;  // the file's content; with `include`, the whole document as one YAML text
+  std::vector<ConfigSource>
+      sources;  // with `include`: the file and those that it includes, in the order of reading
   std::string machine;
   LcmConfig lcm;
   std::vector<BusConfig> buses;

@@ -71,7 +71,6 @@ std::optional<std::size_t> OpenQuoteOf(std::string_view line, OpenParts& open) {
   return std::nullopt;
 }
 
-constexpr std::size_t kLargestText = 512UL * 1024;
 constexpr int kDeepest = 32;
 constexpr int kMaxNodes = 100'000;  // aliases can make a small text a huge tree
 
@@ -109,8 +108,8 @@ class TreeCheck {
         errors_.Add(pair.first.Mark(), "a key must be plain text");
       } else if (const auto [first, added] = seen.emplace(pair.first.Scalar(), pair.first.Mark()); !added) {
         errors_.Add(pair.first.Mark(), "key " + Quoted(pair.first.Scalar()) +
-                                           " is given twice here; the first is in line " +
-                                           std::to_string(first->second.line + 1));
+                                           " is given twice here; the first is in " +
+                                           errors_.PlaceText(first->second, pair.first.Mark()));
       }
       if (!Walk(pair.second, depth + 1)) return false;
     }
@@ -150,7 +149,8 @@ std::string Remedy(const std::string& text, const YAML::Mark& mark) {
 void AddSyntaxError(const std::string& text, const YAML::Exception& error, ConfigErrors& errors) {
   const std::optional<OpenQuote> open = FindOpenQuote(text);
   if (open && (error.mark.is_null() || open->line <= error.mark.line)) {
-    AddOpenQuote(*open, "found in line " + std::to_string(error.mark.line + 1) + ": " + error.msg, errors);
+    AddOpenQuote(*open, "found in line " + std::to_string(errors.PlaceOf(error.mark).line) + ": " + error.msg,
+                 errors);
   } else {
     errors.Add(error.mark, "not YAML: " + error.msg + Remedy(text, error.mark));
   }
@@ -192,7 +192,7 @@ YAML::Node LoadDocument(const std::string& text, ConfigErrors& errors) {
     return nothing;
   }
   if (document.IsNull()) {
-    errors.Add(YAML::Mark::null_mark(), "the file is empty: it must describe a machine, see docs/configuration.md");
+    errors.AddOfLastFile("the file is empty: it must describe a machine, see docs/configuration.md");
     return nothing;
   }
   return document;
@@ -250,9 +250,9 @@ std::optional<OpenQuote> FindOpenQuote(std::string_view text) {
 
 YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
   const YAML::Node nothing(YAML::NodeType::Undefined);
-  if (text.size() > kLargestText) {
-    errors.Add(YAML::Mark::null_mark(), "the file has " + std::to_string(text.size()) + " bytes, at most " +
-                                            std::to_string(kLargestText) + " are read: is it the right file?");
+  if (text.size() > kMaxYamlText) {
+    errors.AddOfLastFile("the file has " + std::to_string(text.size()) + " bytes, at most " +
+                         std::to_string(kMaxYamlText) + " are read: is it the right file?");
     return nothing;
   }
   try {
@@ -261,7 +261,7 @@ YAML::Node ParseYaml(const std::string& text, ConfigErrors& errors) {
   } catch (const YAML::Exception& error) {
     AddSyntaxError(text, error, errors);
   } catch (const std::exception& error) {
-    errors.Add(YAML::Mark::null_mark(), std::string("not YAML: ") + error.what());
+    errors.AddOfLastFile(std::string("not YAML: ") + error.what());
   }
   return nothing;
 }

@@ -2,6 +2,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -22,6 +23,8 @@ struct OpenQuote {
 // Returns the first quoted value that is not closed in the line where it opens. YAML allows it; where a text is no YAML,
 // it is the likely mistake, and the parser reports it far behind, often only at the end of the text.
 [[nodiscard]] std::optional<OpenQuote> FindOpenQuote(std::string_view text);
+
+inline constexpr std::size_t kMaxYamlText = 512UL * 1024;  // bytes of one text
 
 // Parses a YAML text with one document. Also reports what yaml-cpp accepts: a duplicate key, a key that is not plain text, a
 // second document, a text that is too large or nested too deeply. The node is undefined if there is no usable content.

@@ -305,8 +305,9 @@ HostFacts ReadHost(const MachineConfig& machine, const ReadHostOptions& options)
   for (const auto& paths : {OwnKeyFiles(machine), GrantKeyFiles(machine)}) {
     for (const std::string& path : paths) host.secrets.emplace(path, own.Look(path));
   }
-  host.config = own.Look(machine.file);
-  host.config_shared = OthersMayWriteConfig(machine.file);
+  std::vector<std::string> configs = {machine.file};
+  for (std::size_t i = 1; i < machine.sources.size(); ++i) configs.push_back(machine.sources[i].file);
+  for (const std::string& file : configs) host.configs.push_back({own.Look(file), OthersMayWriteConfig(file)});
   return host;
 }
 

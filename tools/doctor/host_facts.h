@@ -65,6 +65,11 @@ struct ClockFacts {
   std::int64_t utc_ns = 0;               // UNIX time of its answer
 };
 
+struct ConfigFileFacts {
+  HostFile file;
+  bool shared = false;  // others than its owner may write it
+};
+
 struct HostFacts {
   uid_t user = 0;  // of this process
   [[nodiscard]] bool IsRoot() const { return user == 0; }
@@ -81,8 +86,7 @@ struct HostFacts {
   std::map<std::string, std::int64_t> log_bytes;           // already on the disk, by name of the log
   HostFolder journal;                                      // of the journal file
   std::map<std::string, HostFile> secrets;                 // key files, by path
-  HostFile config;                                         // the machine file
-  bool config_shared = false;                              // others than its owner may write the machine file
+  std::vector<ConfigFileFacts> configs;                    // the machine file, and those that it includes
   std::map<std::string, std::vector<std::string>> groups;  // members of the groups in /etc/group
 };
 

@@ -130,11 +130,16 @@ Symptoms CheckKeyPermission(const MachineConfig& machine, const HostFacts& host)
 }
 
 Symptoms CheckConfigMode(const MachineConfig& machine, const HostFacts& host) {
-  const HostFile& file = host.config;
-  if (machine.file.empty() || file.error != 0 || ((file.mode & 02) == 0 && !host.config_shared)) return {};
-  return {{.found = "the machine file " + file.path + " has mode " + ModeText(file),
-           .fixes = {Run({"chmod", "go-w", file.path})},
-           .safe = true}};
+  Symptoms symptoms;
+  for (const auto& [file, shared] : host.configs) {
+    if (file.error != 0 || ((file.mode & 02) == 0 && !shared)) continue;
+    const bool included = file.path != machine.file;
+    symptoms.push_back({.found = std::string("the ") + (included ? "included file " : "machine file ") + file.path +
+                                 " has mode " + ModeText(file),
+                        .fixes = {Run({"chmod", "go-w", file.path})},
+                        .safe = true});
+  }
+  return symptoms;
 }
 
 Symptoms CheckKeyAccess(const MachineConfig& machine, const HostFacts& host) {

@@ -91,12 +91,16 @@ TEST(KeyChecks, AUserNeedsOneKeyThatMayCommand) {
 
 TEST(KeyChecks, TheFileIsNotEverybodysToWrite) {
   HostFacts host = GoodHost();
-  host.config = KeyFile("m.yaml", 0664);
+  host.configs = {{.file = KeyFile("m.yaml", 0664)}};
   EXPECT_THAT(RunCheck("config_mode", OneAxis(), host), IsEmpty());
-  host.config_shared = true;  // with a group that is more than its owner
+  host.configs[0].shared = true;  // with a group that is more than its owner
   EXPECT_EQ(RunCheck("config_mode", OneAxis(), host).size(), 1U);
-  host.config.mode = 0666;
+  host.configs[0].file.mode = 0666;
   EXPECT_EQ(LineOf(RunCheck("config_mode", OneAxis(), host).at(0).fixes.at(0)), "chmod go-w m.yaml");
+  host.configs = {{.file = KeyFile("m.yaml", 0644)}, {.file = KeyFile("axes.yaml", 0666)}};
+  const Symptoms included = RunCheck("config_mode", OneAxis(), host);
+  ASSERT_EQ(included.size(), 1U);
+  EXPECT_EQ(included[0].found, "the included file axes.yaml has mode 0666");
 }
 
 constexpr const char* kBridgeKey = "/etc/axlecast/press3/bridge.key";

@@ -12,7 +12,6 @@
 #include "core/config/abbreviations.h"
 #include "core/config/hosts.h"
 #include "core/config/load.h"
-#include "core/config/yaml_text.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/lcm_url.h"
 #include "tools/axlecast/common/config_option.h"
@@ -302,9 +301,16 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
   return warnings;
 }
 
+std::vector<std::string> IncludedFiles(const MachineConfig& machine) {
+  std::vector<std::string> files;
+  for (std::size_t i = 1; i < machine.sources.size(); ++i) files.push_back(machine.sources[i].file);
+  return files;
+}
+
 std::string ConfigText(const MachineConfig& machine) {
   std::string text = "machine " + machine.machine + "\n    data     " + machine.lcm.url + "\n    commands " +
                      machine.lcm.command_url + '\n';
+  for (const std::string& file : IncludedFiles(machine)) text += "    includes " + file + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Text("%.0f POSITION and MOTOR messages a second at most\n", MessageRate(machine));
   return text + RecorderText(machine) + MqttText(machine) + TimeText(machine) + KeysText(machine);
@@ -315,10 +321,12 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   for (const ConfigError& error : errors.list()) {
     json["errors"].push_back({{"line", error.line > 0 ? Json(error.line) : Json()},
                               {"column", error.column > 0 ? Json(error.column) : Json()},
-                              {"text", error.text}});
+                              {"text", error.text},
+                              {"file", error.file.empty() ? file : error.file}});
   }
   json["machine"] = nullptr;
   if (machine == nullptr) return json;
+  json["included"] = IncludedFiles(*machine);
   for (const std::string& warning : ConfigWarnings(*machine)) json["warnings"].push_back(warning);
   json["machine"] = machine->machine;
   json["buses"] = Json::array();
@@ -411,7 +419,7 @@ int CheckConfig(const CheckOptions& options) {
   if (machine) CheckSimulators(*machine, errors);
   const bool good = machine && errors.empty();
   if (good && options.expand) {
-    std::cout << YamlText(ExpandAbbreviations(ParseYaml(machine->text, errors), errors));
+    std::cout << YamlText(ExpandAbbreviations(ReadAgain(*machine, errors).root, errors));
   } else if (good && options.list == "units") {
     const Result<MachineConfig> part = PartOn(*machine, ThisHost(options.host));
     if (!part) return Fail(part.error().text, kExitBad);
@@ -456,8 +464,9 @@ void AddCheckConfigCommand(CLI::App& app, int& exit_code) {
                  "List every key that such a file may have, with its range and default, instead of the report")
       ->excludes(list);
   command
-      ->add_flag("--expand", options->expand,
-                 "Print the file with its defaults, merge keys and ranges replaced, instead of the report")
+      ->add_flag(
+          "--expand", options->expand,
+          "Print the file with its included files, defaults, merge keys and ranges replaced, instead of the report")
       ->excludes(list)
       ->excludes("--json")
       ->excludes("--keys");
