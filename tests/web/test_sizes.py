@@ -16,7 +16,7 @@ CUT_OFF = """const seen = [...document.querySelectorAll('#head *, #main *, #noti
     .filter((node) => node.getClientRects().length > 0 && !node.closest('.strip-plot'));
   const isCut = (node) => {
     const rect = node.getBoundingClientRect();
-    const hides = getComputedStyle(node).overflowX !== 'visible' && !node.matches('.tile h3, .tile footer span, .tile-note span, .machine-name');
+    const hides = getComputedStyle(node).overflowX !== 'visible' && !node.matches('.tile h3, .tile footer span, .tile-note span, .row-name, .machine-name');
     return rect.width > 1 && (rect.right > innerWidth + 1 || rect.left < -1 || (hides && node.scrollWidth > node.clientWidth + 1));
   };
   const inks = [...document.querySelectorAll('#main svg text')].filter((node) => {

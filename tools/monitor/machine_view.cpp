@@ -256,6 +256,8 @@ MachineView::MachineView(const MachineConfig& machine, Unlisted unlisted)
       view.has_position = bus.family == nullptr || bus.family->has_position;
     }
   }
+  for (std::size_t i = 0; i < devices_.size(); ++i) device_index_.emplace(devices_[i].name, i);
+  for (std::size_t i = 0; i < buses_.size(); ++i) bus_index_.emplace(buses_[i].name, i);
   listed_devices_ = devices_.size();
   listed_buses_ = buses_.size();
 }
@@ -280,15 +282,17 @@ MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, Mo
 }
 
 template <typename View>
-View* MachineView::FindOrAdd(std::vector<View>& views, std::size_t listed, std::size_t maximum,
+View* MachineView::FindOrAdd(std::vector<View>& views, Index& index, std::size_t listed, std::size_t maximum,
                              std::string_view name) {
-  View* known = Find(views, name);
-  if (known != nullptr || unlisted_ == Unlisted::kIgnored || !IsName(name)) return known;
+  if (const auto known = index.find(name); known != index.end()) return &views[known->second];
+  if (unlisted_ == Unlisted::kIgnored || !IsName(name)) return nullptr;
   // If the machine file lists devices, only a few others are shown, enough to notice them.
   if (views.size() - listed >= (listed_devices_ == 0 ? maximum : kMaxUnlisted)) {
     ++turned_away_;
     return nullptr;
   }
+  ++layout_;
+  index.emplace(name, views.size());
   View& view = views.emplace_back();
   view.name = name;
   view.listed = false;
@@ -303,7 +307,7 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
   } else {
     times = DecodeMessage<exchange_times_t>(message);
   }
-  BusView* bus = health || times ? FindOrAdd(buses_, listed_buses_, kMaxUnlistedBuses, name) : nullptr;
+  BusView* bus = health || times ? FindOrAdd(buses_, bus_index_, listed_buses_, kMaxUnlistedBuses, name) : nullptr;
   if (bus == nullptr) return {};
   const auto index = static_cast<std::size_t>(bus - buses_.data());
   if (times) {
@@ -312,6 +316,7 @@ MonitorUpdate MachineView::OnBus(std::string_view kind, std::string_view name, B
     return {.kind = MonitorUpdate::Kind::kExchangeTimes, .index = index};
   }
   const bool news = !bus->health || bus->health->state != health->state;
+  if (!bus->listed && !bus->health) ++layout_;
   bus->health = std::move(health);
   bus->health_at = now;
   return {.kind = MonitorUpdate::Kind::kBus, .index = index, .changed = news};
@@ -338,7 +343,9 @@ MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name
   // A device that the file does not list is known by its DEVICE alone, which names its bus.
   auto info = kind == "DEVICE" ? DecodeMessage<device_info_t>(message) : std::nullopt;
   DeviceView* device =
-      info ? FindOrAdd(devices_, listed_devices_, kMaxUnlistedDevices, name) : Find(devices_, name);
+      info ? FindOrAdd(devices_, device_index_, listed_devices_, kMaxUnlistedDevices, name) : nullptr;
+  if (const auto known = device_index_.find(name); !info && known != device_index_.end())
+    device = &devices_[known->second];
   if (device == nullptr) return {};
   MonitorUpdate update{.index = static_cast<std::size_t>(device - devices_.data())};
   if (info) {
@@ -351,7 +358,7 @@ MonitorUpdate MachineView::OnDevice(std::string_view kind, std::string_view name
     FollowReading(*device, now);
   } else if (kind == "MOTOR" && (!device->has_position || (!device->listed && !device->position))) {
     if (!OnMotor(*device, message, now)) return {};
-    device->has_position = false;
+    if (std::exchange(device->has_position, false)) ++layout_;
     update.kind = MonitorUpdate::Kind::kMotor;
     FollowReading(*device, now);
   } else if (kind == "LIMITS" && !device->has_position) {
@@ -414,11 +421,19 @@ bool MachineView::NothingReceived() const {
          std::ranges::none_of(buses_, [](const BusView& bus) { return bus.health.has_value(); });
 }
 
-const DeviceView* MachineView::FindDevice(std::string_view name) const { return Find(devices_, name); }
+const DeviceView* MachineView::FindDevice(std::string_view name) const {
+  const auto found = device_index_.find(name);
+  return found == device_index_.end() ? nullptr : &devices_[found->second];
+}
+
+const BusView* MachineView::FindBus(std::string_view name) const {
+  const auto found = bus_index_.find(name);
+  return found == bus_index_.end() ? nullptr : &buses_[found->second];
+}
 
 bool IsSilent(const HostConfig& host, const MachineView& machine, MonoNs now) {
   const auto silent = [&](const std::string& name) {
-    const BusView* bus = Find(machine.buses(), name);
+    const BusView* bus = machine.FindBus(name);
     return bus == nullptr || !bus->State(now);
   };
   return !host.buses.empty() && std::ranges::all_of(host.buses, silent);

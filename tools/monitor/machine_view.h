@@ -13,10 +13,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
@@ -153,6 +155,12 @@ struct MonitorUpdate {
   bool changed = false;   // a new state, alarm, trip or outcome
 };
 
+// Finds a name in a map of std::string without a copy of it.
+struct NameHashing {
+  using is_transparent = void;
+  std::size_t operator()(std::string_view name) const { return std::hash<std::string_view>()(name); }
+};
+
 // How devices and buses are treated that are not in the machine file.
 enum class Unlisted : std::uint8_t { kIgnored, kShown };
 
@@ -192,7 +200,11 @@ class MachineView {
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
   [[nodiscard]] bool AllReceived() const;          // every device, and BUS of every bus
   [[nodiscard]] bool NothingReceived() const;      // no device and no bus
+  // Both return null if there is none. Their cost does not grow with the number of devices.
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
+  [[nodiscard]] const BusView* FindBus(std::string_view name) const;
+  // Increases when a device or bus is added, and when more becomes known of one that the machine file does not list.
+  [[nodiscard]] std::uint64_t layout() const { return layout_; }
   [[nodiscard]] const ReceptionCounts& reception() const { return reception_; }
   // Formats one line about lost messages, the cause and the fix. The line is empty without a loss.
   [[nodiscard]] std::string ReceptionLoss() const { return ReceptionText(reception_, reception_remedy_); }
@@ -200,9 +212,12 @@ class MachineView {
   [[nodiscard]] std::int64_t turned_away() const { return turned_away_; }
 
  private:
+  using Index = std::unordered_map<std::string, std::size_t, NameHashing, std::equal_to<>>;  // place by name
+
   // Returns the view of this name. Adds an unlisted view if fewer than `maximum` exist.
   template <typename View>
-  View* FindOrAdd(std::vector<View>& views, std::size_t listed, std::size_t maximum, std::string_view name);
+  View* FindOrAdd(std::vector<View>& views, Index& index, std::size_t listed, std::size_t maximum,
+                  std::string_view name);
   void FollowReading(DeviceView& device, MonoNs now);
   MonitorUpdate OnBus(std::string_view kind, std::string_view name, Bytes message, MonoNs now);
   MonitorUpdate OnHostTime(std::string_view name, Bytes message, MonoNs now);
@@ -215,6 +230,9 @@ class MachineView {
   std::size_t listed_buses_ = 0;
   std::vector<DeviceView> devices_;
   std::vector<BusView> buses_;
+  Index device_index_;
+  Index bus_index_;
+  std::uint64_t layout_ = 0;
   std::vector<HostConfig> placement_;
   std::string time_root_;
   std::vector<HostView> hosts_;

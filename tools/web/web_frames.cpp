@@ -8,6 +8,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/config/hosts.h"
 #include "core/device/reading.h"
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
@@ -64,6 +65,7 @@ Json HelloBus(const BusView& bus, const Monitor& monitor, const MachineConfig& m
     if (device.bus == bus.name) devices.push_back(device.name);
   }
   const bool known = config != nullptr && config->family != nullptr;
+  const HostConfig* host = HostOfBus(machine.hosts, bus.name);
   return {{"bus", bus.name},
           {"family", known        ? std::string(config->family->name)
                      : bus.health ? bus.health->family
@@ -72,6 +74,7 @@ Json HelloBus(const BusView& bus, const Monitor& monitor, const MachineConfig& m
                    : bus.health      ? bus.health->port
                                      : ""},
           {"simulated", config != nullptr && config->simulate},
+          {"host", host != nullptr ? Json(host->name) : Json(nullptr)},
           {"devices", std::move(devices)}};
 }
 

@@ -28,9 +28,7 @@ std::array<double, 7> MotorRow(const motor_health_t& motor) {
 }  // namespace
 
 WebModel::WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log)
-    : machine_(machine), version_(std::move(version)), log_(std::move(log)), monitor_(machine) {
-  FollowLayout();
-}
+    : machine_(machine), version_(std::move(version)), log_(std::move(log)), monitor_(machine) {}
 
 void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp now) {
   const MonitorUpdate update = monitor_.OnMessage(channel, message, now.mono);
@@ -66,7 +64,6 @@ void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp n
     default:
       break;
   }
-  FollowLayout();
 }
 
 const std::string& WebModel::State(WebTimestamp now) {
@@ -100,11 +97,9 @@ std::vector<std::string> WebModel::Past(std::int64_t utime) const {
 }
 
 std::optional<std::size_t> WebModel::IndexOf(std::string_view device) const {
-  const std::vector<DeviceView>& devices = monitor_.machine().devices();
-  for (std::size_t i = 0; i < devices.size(); ++i) {
-    if (devices[i].name == device) return i;
-  }
-  return std::nullopt;
+  const DeviceView* const found = monitor_.machine().FindDevice(device);
+  if (found == nullptr) return std::nullopt;
+  return static_cast<std::size_t>(found - monitor_.machine().devices().data());
 }
 
 const SampleHistory* WebModel::samples(std::size_t device) const {
@@ -145,20 +140,6 @@ void WebModel::PublishAlarms(const std::string& device, const AlarmView& alarms,
   Publish(AlarmsFrame(device, alarms, utime, names));
   names.clear();
   for (const alarm_entry_t& entry : alarms.entries()) names.insert(entry.name);
-}
-
-void WebModel::FollowLayout() {
-  const MachineView& machine = monitor_.machine();
-  std::size_t parts = machine.devices().size() + machine.buses().size();
-  for (const DeviceView& device : machine.devices()) {
-    if (!device.listed && device.info) ++parts;
-    if (!device.listed && !device.has_position) ++parts;
-  }
-  for (const BusView& bus : machine.buses()) {
-    if (!bus.listed && bus.health) ++parts;
-  }
-  if (parts != parts_) ++layout_;
-  parts_ = parts;
 }
 
 }  // namespace axlecast

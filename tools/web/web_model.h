@@ -39,7 +39,7 @@ class WebModel {
 
   [[nodiscard]] const Monitor& monitor() const { return monitor_; }
   // Increases when the content of Hello changes.
-  [[nodiscard]] std::uint64_t layout() const { return layout_; }
+  [[nodiscard]] std::uint64_t layout() const { return monitor_.machine().layout(); }
   [[nodiscard]] std::string Hello() const { return HelloFrame(monitor_, machine_, version_, log_); }
   // Returns the state frame; of a live machine, at most 200 ms old.
   [[nodiscard]] const std::string& State(WebTimestamp now);
@@ -65,7 +65,6 @@ class WebModel {
   void Add(std::size_t device, std::int64_t utime, std::span<const double> row);
   void Publish(std::string frame);
   void PublishAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime);
-  void FollowLayout();
 
   const MachineConfig& machine_;
   std::string version_;
@@ -76,8 +75,6 @@ class WebModel {
   std::deque<std::string> events_;
   std::size_t event_bytes_ = 0;
   std::uint64_t events_end_ = 0;
-  std::uint64_t layout_ = 1;
-  std::size_t parts_ = 0;  // number of devices and buses, and of known facts about unlisted ones
   std::string state_;
   MonoNs state_at_ = 0;
 };

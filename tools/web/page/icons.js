@@ -60,6 +60,21 @@ export function severitySign(severity) {
   return sign;
 }
 
+// A state's sign alone, where a row has no place for the word.
+export class StateSign {
+  constructor() {
+    this.root = document.createElement("span");
+    this.look = undefined;
+  }
+
+  show(look) {
+    if (this.look === look) return;
+    this.look = look;
+    this.root.className = `state state-${look}`;
+    this.root.replaceChildren(svg("state", drawing("path", { d: STATES[look], class: "stroke" })));
+  }
+}
+
 // A state's sign and word, to be told of changes.
 export class StateBadge {
   constructor() {

@@ -1,13 +1,14 @@
 // The whole machine at a glance: a tile per device, beside it all alarms with what to do, and the buses.
 
 import { AlarmList } from "./alarm_list.js";
-import { DeviceTile } from "./device_tile.js";
+import { DeviceGrid } from "./device_grid.js";
 import { KeyedList, element, setHidden, setText } from "./dom.js";
 import { StateBadge } from "./icons.js";
 import { percent, rate, timeOfDay } from "./numbers.js";
 import { readable, stateLook } from "./words.js";
 
 const SHOWN_NOTES = 6;
+const MAX_BUS_LINES = 16; // of more buses, only those that are not up have a line
 
 class BusLine {
   constructor(bus) {
@@ -57,7 +58,7 @@ export class MachineView {
     });
     this.onlyTroubled = element("input", { type: "checkbox", id: "only-troubled" });
     this.summary = element("p.summary", { role: "status" });
-    this.grid = element("div.tiles");
+    this.grid = new DeviceGrid(machine, () => this.update());
     this.nothing = element("p.empty", { hidden: true }, "No device fits the filter.");
     this.alarms = new AlarmList("No alarm.");
     this.alarmCount = element("span.count");
@@ -69,6 +70,7 @@ export class MachineView {
       this.noteList,
     );
     this.busList = element("ul.bus-lines", { role: "list" });
+    this.busCount = element("span.count");
     this.root = element(
       "div.machine-view",
       {},
@@ -80,10 +82,11 @@ export class MachineView {
           {},
           element("h2", { id: "devices-title" }, "Devices"),
           this.summary,
-          element("label.check", {}, this.onlyTroubled, element("span", {}, "Only what needs attention")),
+          element("label.check.only", {}, this.onlyTroubled, element("span", {}, "Only what needs attention")),
+          ...this.grid.controls,
           this.search,
         ),
-        this.grid,
+        this.grid.root,
         this.nothing,
       ),
       element(
@@ -99,15 +102,10 @@ export class MachineView {
         element(
           "section.panel",
           { "aria-labelledby": "buses-title" },
-          element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses")),
+          element("div.section-head", {}, element("h2", { id: "buses-title" }, "Buses"), this.busCount),
           this.busList,
         ),
       ),
-    );
-    this.tiles = new KeyedList(
-      this.grid,
-      (item) => `${item.device.device}/${item.device.kind}`,
-      (item) => new DeviceTile(item.device),
     );
     this.busLines = new KeyedList(
       this.busList,
@@ -133,7 +131,7 @@ export class MachineView {
       trend: machine.trends.get(device.device),
     }));
     const shown = items.filter((item) => this.#fits(item));
-    this.tiles.update(shown);
+    this.grid.update(shown);
     setHidden(this.nothing, shown.length > 0 || items.length === 0);
     this.#summarise(items);
     const all = machine.allAlarms();
@@ -142,7 +140,13 @@ export class MachineView {
     setText(this.alarmCount, total === 0 ? "" : String(total));
     this.notes.update(machine.notes.slice(0, SHOWN_NOTES));
     setHidden(this.notePanel, machine.notes.length === 0);
-    this.busLines.update([...machine.buses.values()].map((bus) => ({ bus, state: machine.stateOf.bus.get(bus.bus) })));
+    this.#showBuses([...machine.buses.values()].map((bus) => ({ bus, state: machine.stateOf.bus.get(bus.bus) })));
+  }
+
+  #showBuses(buses) {
+    const notUp = buses.filter(({ state }) => stateLook(state?.state) !== "good");
+    this.busLines.update(buses.length > MAX_BUS_LINES ? notUp : buses);
+    setText(this.busCount, buses.length > MAX_BUS_LINES ? `${buses.length - notUp.length} of ${buses.length} up` : "");
   }
 
   #fits({ device, state, alarms }) {
