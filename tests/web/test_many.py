@@ -11,9 +11,9 @@ from page import DESKTOP, PICTURES, SOURCE
 from test_sizes import CUT_OFF, PHONE
 
 DEVICES, A_BUS = 300, 10
-ROWS = "return document.querySelectorAll('.row').length"
-GROUPS = """return [...document.querySelectorAll('.group')].map((group) =>
-    [group.querySelector('.group-name').innerText, group.querySelector('.count').innerText, group.querySelectorAll('.row').length])"""
+ROWS = "return document.querySelectorAll('.device-row').length"
+GROUPS = """return [...document.querySelectorAll('.device-group')].map((group) =>
+    [group.querySelector('.group-name').innerText, group.querySelector('.count').innerText, group.querySelectorAll('.device-row').length])"""
 CHOOSE = """const choose = document.getElementById('group-by'); choose.value = arguments[0];
   choose.dispatchEvent(new Event('input', { bubbles: true }))"""
 # Changes of the document between two state frames, of which each row and the numbers of the groups are drawn.
@@ -75,11 +75,13 @@ class ManyDevices(unittest.TestCase):
 
     def test_many_devices_are_dense_and_every_name_and_value_is_legible(self):
         browser = self.browse()
-        browser.wait("return document.querySelector('.row .number').innerText.match(/\\d/)", "a value")
+        browser.wait("return document.querySelector('.device-row .number').innerText.match(/\\d/)", "a value")
         self.picture(browser, "dense")
-        cut = browser.run("return [...document.querySelectorAll('.row-name, .row .value')].filter((node) => "
+        cut = browser.run("return [...document.querySelectorAll('.row-name, .device-row .value')].filter((node) => "
                           "node.scrollWidth > node.clientWidth + 1).map((node) => node.innerText)")
         self.assertEqual(cut, [], "texts that are cut")
+        columns = browser.run("return new Set([...document.querySelectorAll('.device-row')].map((row) => row.getBoundingClientRect().left)).size")
+        self.assertGreaterEqual(columns, 4)
         size = browser.run("return parseFloat(getComputedStyle(document.querySelector('.row-name')).fontSize)")
         self.assertGreaterEqual(size, 12)
         self.assertEqual(browser.complaints(), [])
@@ -130,7 +132,7 @@ class ManyDevices(unittest.TestCase):
         self.server.say(alarms(self.server.devices[3], [{
             "name": "over_speed", "code": 1, "source": "device", "severity": "error", "state": "live", "first_utime": 1,
             "last_utime": 1, "count": 1, "action": "slow down"}], ["over_speed"]))
-        browser.wait("return document.querySelector('.row[data-worst=error]') !== null", "the alarm's row")
+        browser.wait("return document.querySelector('.device-row[data-worst=error]') !== null", "the alarm's row")
         changes = browser.run("return window.changes")
         self.assertTrue(0 < changes < 10, f"one row has changed: {changes}")
         elements = browser.run("return document.querySelectorAll('#main *').length")

@@ -32,7 +32,7 @@ class Group {
     this.count = element("span.count");
     this.head = element("header.group-head", {}, this.title, this.count);
     this.parts = element("div");
-    this.root = element("section.group", {}, this.head, this.parts);
+    this.root = element("section.device-group", {}, this.head, this.parts);
     this.list = new KeyedList(
       this.parts,
       (item) => `${item.dense}/${item.device.device}/${item.device.kind}`,
@@ -47,7 +47,7 @@ class Group {
     setText(this.count, `${good} of ${items.length}`);
     setAttribute(this.root, "data-group", name);
     setAttribute(this.root, "data-well", good === items.length ? "yes" : null);
-    setAttribute(this.parts, "class", dense ? "rows" : "tiles");
+    setAttribute(this.parts, "class", dense ? "device-rows" : "tiles");
     this.list.update(items);
   }
 }

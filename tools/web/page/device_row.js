@@ -11,7 +11,7 @@ export class DeviceRow {
     this.value = element("span.number");
     this.unit = element("span.unit");
     this.root = element(
-      "a.row",
+      "a.device-row",
       { href: `#device/${device.device}`, "data-device": device.device },
       this.sign.root,
       element("span.row-name", {}, device.device),
