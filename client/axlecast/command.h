@@ -47,13 +47,14 @@ enum class CommandOutcome {
 // What is known of a command.
 struct CommandResult {
   CommandId id{};
-  bool answered = false;      // `status` contains the newest status from the bridge
-  command_status_t status{};  // STATE_*, REASON_*, text, changes; its `text` is for a person
+  bool answered = false;  // `status` contains the newest status from the bridge
+  command_status_t
+      status{};  // STATE_*, REASON_*, text, changes; its `text` is for a person. device and operation are always set
   std::string problem;        // why there is no outcome and what to do; empty when there is one
   bool not_accepted = false;  // no bridge has it and none ever will under this id: nothing was done
   bool can_resend = false;    // with not_accepted: it was nothing about the command itself
   bool prepare = false;       // it was asked what would happen
-  bool under_way = false;     // Await ended before the command did: it is still followed, and can be awaited again
+  bool under_way = false;     // the command has not ended: it is still followed, and can be awaited (again)
 
   [[nodiscard]] CommandOutcome outcome() const;
   // Nothing was done, and the same request may be accepted later: a busy device, a driver that is absent, a shaft that

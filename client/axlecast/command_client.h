@@ -25,7 +25,7 @@ namespace axlecast {
 // Every method may be called from any thread, and none throws. One thread of its own sends, repeats and listens.
 class CommandClient {
  public:
-  using StatusCallback = std::function<void(const command_status_t& status)>;
+  using StatusCallback = std::function<void(const CommandResult& result)>;
 
   // Takes up to 1 s where multicast does not work; see state().
   explicit CommandClient(const ClientSettings& settings);
@@ -41,9 +41,12 @@ class CommandClient {
   // Returns at once; many may be under way. The id can be kept, to ask for the outcome later.
   CommandId Send(const CommandRequest& request);
 
-  // `callback` receives each new state, progress and finding of every command of this client, in the client's own
-  // thread: it must return soon, must not throw, and must not Await or Query. It may Send and Cancel. An empty one ends
-  // that; a call that is under way then is still finished.
+  // `callback` receives what becomes known of every command of this client:
+  // - each new state and progress, with `under_way` true;
+  // - its end, whatever it is (kNotAccepted and kUnknown too), with `under_way` false: exactly once, and last.
+  // It is called in the client's own thread: it must return soon, must not throw, and must not Await or Query. It may Send and
+  // Cancel. Set it before the first Send. An empty one ends the calls; a call that is under way then is still finished. There are
+  // no calls for commands that are under way when the client is destroyed, and none if state() fails with "no thread".
   void OnStatus(StatusCallback callback);
 
   // Waits for the outcome, and after an INDETERMINATE for its finding. When neither comes in time the outcome is

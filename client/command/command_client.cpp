@@ -56,11 +56,14 @@ struct CommandClient::State {
       : port(settings.command_url, settings.prefix, settings.machine),
         sessions(clock, port, NewOrigin(settings.machine), std::move(keys)) {}
 
-  Result<> Start();
+  void Start(Result<> keys);
+  Result<> Subscribe();
   void Stop();
   void Run();
+  void RunWithoutPort();
   bool Listen(MonoNs until);
-  std::vector<command_status_t> TakeIn();
+  MonoNs Advance(std::vector<CommandResult>& news);
+  void Report(std::unique_lock<std::mutex>& lock, const std::vector<CommandResult>& news) const;
   CommandResult Wait(const CommandSessions::Key& key, std::int64_t timeout_ms);
   std::optional<CommandResult> Ended(const CommandSessions::Key& key) const;
 
@@ -70,8 +73,9 @@ struct CommandClient::State {
   std::thread thread;
   std::vector<std::vector<std::uint8_t>> arrived;  // of the thread
 
-  std::mutex mutex;  // of what follows
-  std::condition_variable changed;
+  std::mutex mutex;                 // of what follows
+  std::condition_variable changed;  // a command changed
+  std::condition_variable asked;    // without a port: a command was refused, or `stopping`
   CommandSessions sessions;
   std::multiset<MonoNs> deadlines;  // of those who wait
   StatusCallback callback;
@@ -79,18 +83,23 @@ struct CommandClient::State {
   bool stopping = false;
 };
 
-Result<> CommandClient::State::Start() {
+// If the thread runs, only the thread writes `usable`.
+void CommandClient::State::Start(Result<> keys) {
+  usable = keys.and_then([this] { return Subscribe(); });
+  try {
+    thread = std::thread([this] { usable ? Run() : RunWithoutPort(); });
+  } catch (const std::system_error& error) {
+    usable = Failure(std::string("no thread: ") + error.what());
+  }
+}
+
+Result<> CommandClient::State::Subscribe() {
   if (!port.problem().empty()) return Failure(port.problem());
   if (!wake.valid()) return Failure("no eventfd: too many files are open");
   const bool subscribed = port.Subscribe("COMMAND_STATUS", [this](const std::string&, Bytes message) {
     arrived.emplace_back(message.begin(), message.end());
   });
   if (!subscribed) return Failure("cannot subscribe to COMMAND_STATUS");
-  try {
-    thread = std::thread([this] { Run(); });
-  } catch (const std::system_error& error) {
-    return Failure(std::string("no thread: ") + error.what());
-  }
   return {};
 }
 
@@ -100,28 +109,62 @@ void CommandClient::State::Stop() {
     stopping = true;
   }
   wake.Set();
+  asked.notify_all();
   if (thread.joinable()) thread.join();
 }
 
 void CommandClient::State::Run() {
   MonoNs next = 0;
+  std::vector<CommandResult> news;
   while (Listen(next)) {
     std::unique_lock lock(mutex);
-    const std::vector<command_status_t> news = TakeIn();
-    next = sessions.Poll();
+    next = Advance(news);
     // The waiting calls that are woken below remove their own deadlines.
     const auto deadline = deadlines.upper_bound(clock.Now());
     if (deadline != deadlines.end()) next = std::min(next, *deadline);
-    changed.notify_all();
     if (stopping) return;
-    const StatusCallback report = news.empty() ? StatusCallback() : callback;
-    lock.unlock();
-    if (!report) continue;
-    for (const command_status_t& status : news) report(status);
+    Report(lock, news);
   }
-  const std::lock_guard lock(mutex);
-  usable = Failure("the command port failed");
+  {
+    const std::lock_guard lock(mutex);
+    usable = Failure("the command port failed");
+    sessions.EndAll(usable.error().text);
+  }
+  RunWithoutPort();
+}
+
+// Reports the end of what was under way when the port failed, and of what is refused since then.
+void CommandClient::State::RunWithoutPort() {
+  std::vector<CommandResult> news;
+  while (true) {
+    std::unique_lock lock(mutex);
+    asked.wait(lock, [&] {
+      Advance(news);
+      return stopping || !news.empty();
+    });
+    if (stopping) return;
+    Report(lock, news);
+  }
+}
+
+// Passes received statuses to the commands and sends what is due. Returns when that is due again. The mutex is locked.
+MonoNs CommandClient::State::Advance(std::vector<CommandResult>& news) {
+  news.clear();
+  const auto report = [&news](const CommandResult& result) { news.push_back(result); };
+  for (const auto& message : arrived) sessions.OnStatus(message, report);
+  arrived.clear();
+  const MonoNs next = sessions.Poll(report);
   changed.notify_all();
+  return next;
+}
+
+// Calls back without the lock, so that the callback may use the client.
+void CommandClient::State::Report(std::unique_lock<std::mutex>& lock,
+                                  const std::vector<CommandResult>& news) const {
+  const StatusCallback report = news.empty() ? StatusCallback() : callback;
+  lock.unlock();
+  if (!report) return;
+  for (const CommandResult& result : news) report(result);
 }
 
 // Waits for messages, a call of another thread, or `until`. False when the port failed.
@@ -132,26 +175,14 @@ bool CommandClient::State::Listen(MonoNs until) {
   return files[0].revents == 0 || port.Handle(0);
 }
 
-std::vector<command_status_t> CommandClient::State::TakeIn() {
-  std::vector<command_status_t> news;
-  for (const auto& message : arrived) {
-    sessions.OnStatus(message, [&news](const command_status_t& status) { news.push_back(status); });
-  }
-  arrived.clear();
-  return news;
-}
-
 // Returns the result of a wait that has ended; nothing if the wait must continue.
 std::optional<CommandResult> CommandClient::State::Ended(const CommandSessions::Key& key) const {
   const CommandSession* session = sessions.Find(key);
   if (session == nullptr) {
     return WithProblem(key.second, "this client does not know the id (any more): Query asks the bridge");
   }
-  if (session->done()) return session->result();
-  if (usable) return std::nullopt;
-  CommandResult result = session->result();
-  result.problem = usable.error().text + ": ask for this id later";
-  return result;
+  if (!session->done()) return std::nullopt;
+  return session->result();
 }
 
 CommandResult CommandClient::State::Wait(const CommandSessions::Key& key, std::int64_t timeout_ms) {
@@ -179,10 +210,7 @@ CommandClient::CommandClient(const ClientSettings& settings) {
   SecretFiles secrets;
   Result<ClientKeys> keys = LoadClientKeys(settings, secrets);
   state_ = std::make_unique<State>(settings, keys ? std::move(*keys) : ClientKeys{});
-  // If the thread runs, only the thread writes `usable`.
-  if (const Result<> started = keys ? state_->Start() : Result<>(Failure(keys.error())); !started) {
-    state_->usable = started;
-  }
+  state_->Start(keys ? Result<>() : Failure(keys.error()));
 }
 
 CommandClient::~CommandClient() {
@@ -211,7 +239,8 @@ CommandId CommandClient::Send(const CommandRequest& request) {
   if (state_->usable) {
     state_->sessions.Send(id, request);
   } else {
-    state_->sessions.Refuse(id, state_->usable.error().text + ": nothing was sent");
+    state_->sessions.Refuse(id, request, state_->usable.error().text + ": nothing was sent");
+    state_->asked.notify_all();
   }
   state_->wake.Set();
   return id;

@@ -3,7 +3,9 @@
 #include <sys/stat.h>
 
 #include <atomic>
+#include <condition_variable>
 #include <fstream>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -91,6 +93,50 @@ TEST(CommandClient, WithoutAPortNothingIsSent) {
   const CommandResult result = client.Await(client.Send(Zero()), 0);
   EXPECT_EQ(result.outcome(), CommandOutcome::kNotAccepted);
   EXPECT_NE(client.Query({1}, 0).problem, "");
+}
+
+// Counts the ends that the callback of a client receives.
+class Ends {
+ public:
+  explicit Ends(CommandClient& client) {
+    client.OnStatus([this](const CommandResult& result) {
+      const std::lock_guard lock(mutex_);
+      if (!result.under_way) ends_.emplace_back(result.id, result.outcome());
+      changed_.notify_all();
+    });
+  }
+  using List = std::vector<std::pair<CommandId, CommandOutcome>>;
+  [[nodiscard]] List Wait(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return ends_.size() >= count; });
+    return ends_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  List ends_;
+};
+
+TEST(CommandClient, CallsBackForAnEndThatNoBridgeSent) {
+  CommandClient client(Nowhere());
+  Ends ends(client);
+  const CommandId refused = client.Send({.device = "axis1", .operation = "zero", .valid_ms = 0});
+  EXPECT_EQ(ends.Wait(1), (Ends::List{{refused, CommandOutcome::kNotAccepted}}));
+  const CommandId cancelled = client.Send(Zero());
+  client.Cancel(cancelled);
+  EXPECT_EQ(ends.Wait(2).back(), (Ends::List::value_type{cancelled, CommandOutcome::kCancelled}));
+}
+
+TEST(CommandClient, CallsBackWithoutAPort) {
+  ClientSettings settings;
+  settings.command_url = "udpm://nowhere";
+  CommandClient client(settings);
+  Ends ends(client);
+  const CommandId first = client.Send(Zero());
+  const CommandId second = client.Send(Zero());
+  EXPECT_EQ(ends.Wait(2),
+            (Ends::List{{first, CommandOutcome::kNotAccepted}, {second, CommandOutcome::kNotAccepted}}));
 }
 
 TEST(CommandClient, AKeyThatCannotBeUsedIsAProblem) {

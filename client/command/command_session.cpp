@@ -47,6 +47,8 @@ CommandSession::CommandSession(const CommandId& id, CommandRequest request, cons
     : CommandSession(id, keys, now) {
   request_ = std::move(request);
   result_.prepare = request_.prepare;
+  result_.status.device = request_.device;
+  result_.status.operation = request_.operation;
 }
 
 CommandSession CommandSession::Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys,
@@ -58,8 +60,9 @@ CommandSession CommandSession::Query(const CommandId& id, const CommandId& probe
   return session;
 }
 
-CommandSession CommandSession::Refused(const CommandId& id, const std::string& problem, bool can_resend) {
-  CommandSession session(id, ClientKeys{}, 0);
+CommandSession CommandSession::Refused(const CommandId& id, const CommandRequest& request,
+                                       const std::string& problem, bool can_resend) {
+  CommandSession session(id, request, ClientKeys{}, 0);
   session.EndNotAccepted(problem);
   session.result_.can_resend = can_resend;
   return session;
@@ -71,13 +74,22 @@ void CommandSession::Cancel(MonoNs now) {
   next_send_ = now;
   if (phase_ != Phase::kLearning) return;
   result_.answered = true;
-  result_.status.device = request_.device;
-  result_.status.operation = request_.operation;
   result_.status.state = S::STATE_CANCELLED;
   result_.status.is_final = 1;
   result_.status.reason_code = S::REASON_CANCELLED;
   result_.status.text = "cancelled before it was sent";
   done_ = true;
+}
+
+void CommandSession::EndWithoutPort(const std::string& problem) {
+  if (done_) return;
+  if (result_.status.is_final != 0) {
+    done_ = true;  // an INDETERMINATE whose finding cannot come any more
+  } else if (phase_ == Phase::kLearning) {
+    EndNotAccepted(problem + ": nothing was sent");
+  } else {
+    End(problem + ": ask for this id later");
+  }
 }
 
 std::int8_t CommandSession::Mode() const {
@@ -247,18 +259,23 @@ CommandSessions::CommandSessions(const Clock& clock, MessageSink& sink, const Or
 
 void CommandSessions::Send(const CommandId& id, const CommandRequest& request) {
   if (const Result<> form = CheckForm(request); !form) {
-    Insert({Kind::kCommand, id}, CommandSession::Refused(id, form.error().text + ": nothing was sent", false));
+    Insert({Kind::kCommand, id},
+           CommandSession::Refused(id, request, form.error().text + ": nothing was sent", false));
   } else if (open_.size() >= kMaxOpen) {
-    Insert(
-        {Kind::kCommand, id},
-        CommandSession::Refused(id, "too many commands are under way: nothing was sent; await some first", true));
+    Insert({Kind::kCommand, id},
+           CommandSession::Refused(id, request,
+                                   "too many commands are under way: nothing was sent; await some first", true));
   } else {
     Insert({Kind::kCommand, id}, CommandSession(id, request, keys_, clock_.Now()));
   }
 }
 
-void CommandSessions::Refuse(const CommandId& id, const std::string& problem) {
-  Insert({Kind::kCommand, id}, CommandSession::Refused(id, problem, true));
+void CommandSessions::Refuse(const CommandId& id, const CommandRequest& request, const std::string& problem) {
+  Insert({Kind::kCommand, id}, CommandSession::Refused(id, request, problem, true));
+}
+
+void CommandSessions::EndAll(const std::string& problem) {
+  for (auto& [key, session] : open_) session.EndWithoutPort(problem);
 }
 
 void CommandSessions::Cancel(const CommandId& id) {
@@ -276,16 +293,19 @@ void CommandSessions::Insert(const Key& key, CommandSession session) {
   open_.emplace(key, std::move(session));
 }
 
-void CommandSessions::OnStatus(Bytes message, const std::function<void(const command_status_t&)>& report) {
+void CommandSessions::OnStatus(Bytes message, const Report& report) {
   const auto status = DecodeMessage<command_status_t>(message);
   if (!status) return;
   const MonoNs now = clock_.Now();
   for (auto& [key, session] : open_) {
-    if (session.OnStatus(*status, now) && key.first == Kind::kCommand && report) report(*status);
+    if (!session.OnStatus(*status, now) || key.first != Kind::kCommand || session.done() || !report) continue;
+    CommandResult result = session.result();
+    result.under_way = true;
+    report(result);
   }
 }
 
-MonoNs CommandSessions::Poll() {
+MonoNs CommandSessions::Poll(const Report& report) {
   const MonoNs now = clock_.Now();
   MonoNs next = kNever;
   for (auto entry = open_.begin(); entry != open_.end();) {
@@ -296,6 +316,7 @@ MonoNs CommandSessions::Poll() {
       ++entry;
       continue;
     }
+    if (report && entry->first.first == Kind::kCommand) report(session.result());
     oldest_first_.push_back(entry->first);
     ended_.insert(open_.extract(entry++));
   }

@@ -42,10 +42,13 @@ class CommandSession {
   // it first asks for the new id `probe`: a status of `id` before that answer is a replay and is ignored.
   static CommandSession Query(const CommandId& id, const CommandId& probe, const ClientKeys& keys, MonoNs now);
   // One that has ended before it began: nothing was sent. `can_resend` as in CommandResult.
-  static CommandSession Refused(const CommandId& id, const std::string& problem, bool can_resend);
+  static CommandSession Refused(const CommandId& id, const CommandRequest& request, const std::string& problem,
+                                bool can_resend);
 
   // From now on asks for the command to be cancelled; it still ends with the command's one outcome.
   void Cancel(MonoNs now);
+  // Ends it, because nothing can be sent or received any more.
+  void EndWithoutPort(const std::string& problem);
 
   // What to send now, if anything.
   [[nodiscard]] std::optional<SignedBody> Next(MonoNs now);
@@ -111,21 +114,27 @@ class CommandSessions {
   enum class Kind : std::uint8_t { kCommand, kQuery };
   using Key = std::pair<Kind, CommandId>;
 
+  // Receives what became known of a command. Called once with under_way false for each command: it has ended.
+  using Report = std::function<void(const CommandResult& result)>;
+
   // `clock` and `sink`, the command port, outlive it. `origin`: of this process.
   CommandSessions(const Clock& clock, MessageSink& sink, const Origin& origin, ClientKeys keys);
 
   // `id` is random and new. What cannot be sent has ended at once.
   void Send(const CommandId& id, const CommandRequest& request);
   // It has ended at once, for a reason outside of it.
-  void Refuse(const CommandId& id, const std::string& problem);
+  void Refuse(const CommandId& id, const CommandRequest& request, const std::string& problem);
+  // Ends everything that is under way, because the port failed.
+  void EndAll(const std::string& problem);
   void Cancel(const CommandId& id);
   // Joins a query for `id` that is under way. `probe` is random and new.
   void Query(const CommandId& id, const CommandId& probe);
 
-  // Receives a message of COMMAND_STATUS. `tell` is called if its content is new.
-  void OnStatus(Bytes message, const std::function<void(const command_status_t&)>& report);
-  // Sends what is due. Returns when it is to be called again, kNever when nothing is under way.
-  MonoNs Poll();
+  // Receives a message of COMMAND_STATUS. Reports each command that continues and of which the message is news. Poll reports ends.
+  void OnStatus(Bytes message, const Report& report);
+  // Sends what is due, and reports each command that has ended since the last call. Returns when it is to be called again, kNever
+  // when nothing is under way.
+  MonoNs Poll(const Report& report = {});
 
   // Null when it is not known (any more).
   [[nodiscard]] const CommandSession* Find(const Key& key) const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <axlecast/command_body_t.hpp>
 #include <axlecast/command_t.hpp>
+#include <map>
 #include <vector>
 
 #include "client/command/session_test_support.h"
@@ -245,11 +246,14 @@ CommandId Id(int number) {
   return id;
 }
 
-std::vector<std::uint8_t> Encoded(const CommandId& id, std::int8_t state) {
+std::vector<std::uint8_t> Encoded(const CommandId& id, std::int8_t state, std::int64_t digest = 0) {
   S status{};
   std::copy(id.begin(), id.end(), std::begin(status.id));
   status.boot_id = 9;
   status.state = state;
+  status.is_final = state >= S::STATE_SUCCEEDED ? 1 : 0;
+  status.body_digest = digest;
+  status.device = "axis1";
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(status.getEncodedSize()));
   status.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
@@ -304,7 +308,7 @@ TEST_F(CommandSessionsTest, WhatDoesNotFitIsRefusedAndNeverCutOff) {
 TEST_F(CommandSessionsTest, TheNewestThatEndedAreKept) {
   const int many = static_cast<int>(CommandSessions::kKept) + 10;
   for (int i = 0; i < many; ++i) {
-    sessions_.Refuse(Id(i), "no port");
+    sessions_.Refuse(Id(i), {}, "no port");
     EXPECT_EQ(sessions_.Poll(), kNever);
   }
   EXPECT_EQ(sessions_.Find({Kind::kCommand, Id(9)}), nullptr);
@@ -322,14 +326,65 @@ TEST_F(CommandSessionsTest, ACommandAndAQueryForItMayBeUnderWayTogether) {
   sessions_.Send(Id(1), {.device = "axis1", .operation = "zero"});
   sessions_.Query(Id(1), Id(7));
   int told = 0;
-  const auto tell = [&told](const S&) { ++told; };
+  const auto tell = [&told](const CommandResult&) { ++told; };
   sessions_.OnStatus(Encoded(Id(1), S::STATE_SUCCEEDED), tell);
-  static_cast<void>(sessions_.Poll());
+  static_cast<void>(sessions_.Poll(tell));
   EXPECT_TRUE(sessions_.Find({Kind::kQuery, Id(1)})->done());
   EXPECT_FALSE(sessions_.Find({Kind::kCommand, Id(1)})->done());
   EXPECT_EQ(told, 0);
   sessions_.Query(Id(1), Id(8));  // once more
   EXPECT_FALSE(sessions_.Find({Kind::kQuery, Id(1)})->done());
+}
+
+// A session that ends without a status ends as visibly as one that the bridge ended.
+TEST_F(CommandSessionsTest, EveryEndIsReportedOnce) {
+  std::map<CommandId, std::vector<CommandOutcome>> ends;
+  const auto tell = [&ends](const CommandResult& result) {
+    EXPECT_EQ(result.status.device, "axis1");
+    if (!result.under_way) ends[result.id].push_back(result.outcome());
+  };
+  const CommandRequest zero = {.device = "axis1", .operation = "zero"};
+  sessions_.Send(Id(1), {.device = "axis1", .operation = "zero", .valid_ms = 0});
+  sessions_.Send(Id(2), zero);
+  sessions_.Cancel(Id(2));
+  sessions_.Refuse(Id(3), zero, "no port");
+  sessions_.Send(Id(4), zero);  // no bridge answers
+  sessions_.Send(Id(5), zero);  // the bridge falls silent
+  sessions_.Send(Id(6), zero);  // the bridge succeeds
+  static_cast<void>(sessions_.Poll(tell));
+  const auto learned = [&](int id) { sessions_.OnStatus(Encoded(Id(id), S::STATE_UNKNOWN), tell); };
+  learned(5);
+  learned(6);
+  sink_.Clear();
+  static_cast<void>(sessions_.Poll(tell));
+  for (const command_t& sent : sink_.All<command_t>("COMMAND")) {
+    if (DecodeMessage<command_body_t>(sent.body)->id[0] == 6) {
+      sessions_.OnStatus(Encoded(Id(6), S::STATE_SUCCEEDED, BodyDigest(sent.body)), tell);
+    }
+  }
+  for (int i = 0; i < 20; ++i) {
+    static_cast<void>(sessions_.Poll(tell));
+    clock_.Advance(kSecond);
+  }
+  using Outcomes = std::vector<CommandOutcome>;
+  EXPECT_EQ(ends[Id(1)], Outcomes{CommandOutcome::kNotAccepted});
+  EXPECT_EQ(ends[Id(2)], Outcomes{CommandOutcome::kCancelled});
+  EXPECT_EQ(ends[Id(3)], Outcomes{CommandOutcome::kNotAccepted});
+  EXPECT_EQ(ends[Id(4)], Outcomes{CommandOutcome::kNotAccepted});
+  EXPECT_EQ(ends[Id(5)], Outcomes{CommandOutcome::kUnknown});
+  EXPECT_EQ(ends[Id(6)], Outcomes{CommandOutcome::kDoneUnverified});
+}
+
+TEST_F(CommandSessionsTest, APortThatFailsEndsWhatIsUnderWay) {
+  sessions_.Send(Id(1), {.device = "axis1", .operation = "zero"});
+  sessions_.Send(Id(2), {.device = "axis1", .operation = "zero"});
+  static_cast<void>(sessions_.Poll());
+  sessions_.OnStatus(Encoded(Id(2), S::STATE_UNKNOWN), nullptr);
+  static_cast<void>(sessions_.Poll());
+  sessions_.EndAll("the port failed");
+  EXPECT_EQ(Result(Id(1)).outcome(), CommandOutcome::kNotAccepted);
+  EXPECT_EQ(Result(Id(2)).outcome(), CommandOutcome::kUnknown) << "it was sent";
+  EXPECT_EQ(sessions_.Poll(), kNever);
 }
 
 TEST_F(CommandSessionsTest, WhatIsNoStatusIsIgnored) {

@@ -121,7 +121,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", (client.state() ? issuer.state() : client.state()).error().text.c_str());
     return 1;
   }
-  client.OnStatus([](const axlecast::command_status_t& status) {
+  client.OnStatus([](const CommandResult& result) {
+    if (!result.under_way) return;  // the end: Handle prints it
+    const axlecast::command_status_t& status = result.status;
     std::printf("  %s: state %d, %.0f %%\n", status.operation.c_str(), status.state, 100.0F * status.progress);
   });
   const Axis axis{client, issuer, argv[2]};

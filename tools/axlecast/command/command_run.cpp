@@ -54,7 +54,8 @@ std::string Hint(const MachineConfig& machine, const BusConfig& bus, const std::
 constexpr std::int64_t kWaitMs = 60'000;     // the longest operation reads or writes a whole EEPROM
 constexpr std::int64_t kCancelCheckMs = 50;  // interval at which Ctrl-C is checked
 
-void PrintProgress(const command_status_t& status) {
+void PrintProgress(const CommandResult& result) {
+  const command_status_t& status = result.status;
   if (status.is_final != 0 || status.text.empty()) return;
   std::cerr << Right(Decimal(100.0 * status.progress, 0), 3) << " % " << Printable(status.text) << '\n';
 }
