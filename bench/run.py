@@ -20,7 +20,7 @@ import record_bench
 import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
-TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "decode", "stream", "poll", "guest", "replay", "seek",
+TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "permits", "decode", "stream", "poll", "guest", "replay", "seek",
            "record", "ticks")
 WARM_UP = 0.25  # s, before CPU time is counted
 
@@ -298,6 +298,17 @@ buses:
                                  f"ms; parts p50/p99: {parts} ms")
         for process in (driver, bridge, simulator):
             self.stop(process)
+
+    def permits(self):
+        """What a control loop of 1 kHz pays in its own thread."""
+        key = self.folder / "permits.key"
+        subprocess.run([machine.BIN / "axlecast", "keygen", key, "--role", "control"], stdout=self.log, stderr=self.log, check=True)
+        done = subprocess.run([self.programs / "permit_cost", key, str(self.options.pairs)], stdout=subprocess.PIPE,
+                              stderr=self.log, check=True, text=True)
+        times = json.loads(done.stdout)
+        for call, target in (("allow", 5), ("withdraw", None)):
+            self.report.add(f"permits: {call} in the loop's thread, p99", "us", times[call]["p99_us"], target,
+                            note=f"n {times[call]['n']}, p50 {times[call]['p50_us']:.2f}, max {times[call]['max_us']:.1f} us")
 
     def medians(self, program, figure):
         """A figure of each benchmark in a program."""

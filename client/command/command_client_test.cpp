@@ -125,18 +125,9 @@ TEST(CommandClient, CallsBackForAnEndThatNoBridgeSent) {
   EXPECT_EQ(ends.Wait(1), (Ends::List{{refused, CommandOutcome::kNotAccepted}}));
   const CommandId cancelled = client.Send(Zero());
   client.Cancel(cancelled);
-  EXPECT_EQ(ends.Wait(2).back(), (Ends::List::value_type{cancelled, CommandOutcome::kCancelled}));
-}
-
-TEST(CommandClient, CallsBackWithoutAPort) {
-  ClientSettings settings;
-  settings.command_url = "udpm://nowhere";
-  CommandClient client(settings);
-  Ends ends(client);
-  const CommandId first = client.Send(Zero());
-  const CommandId second = client.Send(Zero());
-  EXPECT_EQ(ends.Wait(2),
-            (Ends::List{{first, CommandOutcome::kNotAccepted}, {second, CommandOutcome::kNotAccepted}}));
+  EXPECT_THAT(ends.Wait(2),
+              testing::UnorderedElementsAre(Ends::List::value_type{first, CommandOutcome::kNotAccepted},
+                                            Ends::List::value_type{second, CommandOutcome::kNotAccepted}));
 }
 
 TEST(CommandClient, AKeyThatCannotBeUsedIsAProblem) {

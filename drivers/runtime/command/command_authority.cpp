@@ -4,6 +4,8 @@
 #include <array>
 #include <axlecast/command_status_t.hpp>
 #include <cstdio>
+#include <cstdlib>
+#include <utility>
 
 #include "core/command/keys.h"
 #include "core/messages/message.h"
@@ -27,8 +29,21 @@ namespace {
 
 constexpr std::int32_t kMaxValidMs = 500;
 constexpr std::int8_t kMaxOperations = 24;
-// Larger differences of two times are limited to this.
-constexpr std::int64_t kFarUs = INT64_C(4'000'000'000'000'000'000);
+
+// Sums and differences of times that are limited so do not overflow.
+MonoNs Limited(std::int64_t ns) {
+  constexpr std::int64_t kFar = INT64_MAX / 8;  // 36 years
+  return std::clamp(ns, -kFar, kFar);
+}
+
+// Microseconds of UNIX time: the difference of two, in ns.
+MonoNs UnixDifference(std::int64_t later_us, std::int64_t earlier_us) {
+  constexpr std::int64_t kFarUs = INT64_MAX / 4;
+  constexpr std::int64_t kFarNs = INT64_MAX / 8 / kMicrosecond;
+  return std::clamp(std::clamp(later_us, -kFarUs, kFarUs) - std::clamp(earlier_us, -kFarUs, kFarUs), -kFarNs,
+                    kFarNs) *
+         kMicrosecond;
+}
 
 std::string Seconds(double seconds) {
   std::array<char, 32> text{};
@@ -44,7 +59,9 @@ bool Contains(const std::vector<std::string>& names, std::string_view name) {
 
 }  // namespace
 
-PermitTable::PermitTable(const BusConfig& bus, const BridgeConfig& bridge) : bridge_(bridge) {
+PermitTable::PermitTable(const BusConfig& bus, const BridgeConfig& bridge, std::int64_t clock_id,
+                         const BaseClaims* base)
+    : bridge_(bridge), clock_id_(clock_id), base_(base) {
   for (const DeviceConfig& device : bus.devices) devices_[device.name].required = device.permit_required;
 }
 
@@ -67,67 +84,112 @@ Result<const KeyGrant*> PermitTable::GrantOf(const permit_t& envelope, const per
   return grant;
 }
 
-Result<> PermitTable::CheckTime(const Permit& last, const permit_body_t& body, std::int64_t unix_us) {
-  // Positive: issued in the past.
-  const std::int64_t age = unix_us - std::clamp(body.issued_utime, -kFarUs, kFarUs);
-  if (age < -kClockToleranceUs || age > body.valid_ms * INT64_C(1'000) + kClockToleranceUs) {
-    return Failure("was issued " + Seconds(static_cast<double>(std::abs(age)) / 1e6) +
-                   (age > 0 ? " ago" : " from now") +
-                   ": old, or the clocks of the two computers differ by that: see NTP or PTP");
+PermitTable::Span PermitTable::Between(const permit_body_t& earlier, const permit_body_t& later) {
+  if (later.clock_id != 0 && later.clock_id == earlier.clock_id) {
+    return {Measure::kSameClock, Limited(later.issued_mono_ns) - Limited(earlier.issued_mono_ns), 0};
   }
-  if (!last.came) return {};
-  if (body.issuer_boot_id == last.issuer_boot_id) {
-    if (body.issue > last.issue) return {};
+  if (later.base_id != 0 && later.base_id == earlier.base_id && later.issued_half_width_ns >= 0 &&
+      earlier.issued_half_width_ns >= 0) {
+    return {Measure::kTimeBase, Limited(later.issued_base_ns) - Limited(earlier.issued_base_ns),
+            Limited(later.issued_half_width_ns) + Limited(earlier.issued_half_width_ns)};
+  }
+  return {Measure::kUnixTime, UnixDifference(later.issued_utime, earlier.issued_utime), 0};
+}
+
+permit_body_t PermitTable::Present(std::int64_t base_id, MonoNs now, std::int64_t unix_us) const {
+  permit_body_t present{};
+  present.clock_id = clock_id_;
+  present.issued_mono_ns = now;
+  present.issued_utime = unix_us;
+  if (base_ == nullptr || base_id == 0) return present;
+  if (const std::optional<BaseClaim> own = base_->At(now, now)) {
+    present.base_id = own->base_id;
+    present.issued_base_ns = own->base_ns;
+    present.issued_half_width_ns = own->half_width_ns;
+  }
+  return present;
+}
+
+std::string PermitTable::Text(const Span& span) {
+  std::string text = Seconds(std::abs(span.ns));
+  if (span.by == Measure::kTimeBase) text += " +- " + Seconds(span.half_width_ns);
+  return text;
+}
+
+// A positive age: issued in the past.
+Result<> PermitTable::CheckAge(const permit_body_t& body, const Span& age) {
+  const MonoNs oldest = body.valid_ms * kMillisecond + kTolerance;
+  if (age.ns - age.half_width_ns >= -kTolerance && age.ns + age.half_width_ns <= oldest) return {};
+  const std::string when = "was issued " + Text(age) + (age.ns > 0 ? " ago" : " from now");
+  switch (age.by) {
+    case Measure::kSameClock:
+      return Failure(when + " by CLOCK_MONOTONIC of this computer: it is not of now");
+    case Measure::kTimeBase:
+      return Failure(when + " by the time base: it is not proven to be of now");
+    case Measure::kUnixTime:
+      break;
+  }
+  return Failure(
+      when +
+      " by UNIX time: old, or the clocks of the two computers differ by that: see NTP or PTP, or give the "
+      "control process the time base");
+}
+
+Result<> PermitTable::CheckOrder(const Permit& permit, const permit_body_t& body) {
+  if (!permit.came) return {};
+  if (body.issuer_boot_id == permit.last.issuer_boot_id) {
+    if (body.issue > permit.last.issue) return {};
     return Failure("was a repetition: issue must increase");
   }
-  if (body.issued_utime > last.issued_utime) return {};
-  return Failure("was issued " + Seconds(static_cast<double>(last.issued_utime - body.issued_utime) / 1e6) +
-                 " before the last one of another control process");
+  const Span since = Between(permit.last, body);
+  if (since.ns - since.half_width_ns > 0) return {};
+  constexpr std::array<const char*, 3> kClocks = {"CLOCK_MONOTONIC of their computer", "the time base",
+                                                  "UNIX time"};
+  return Failure("was issued " + Text(since) + (since.ns > 0 ? " after" : " before") +
+                 " the last one of another control process, by " + kClocks[static_cast<std::size_t>(since.by)] +
+                 ": it must be later");
 }
 
-Result<> PermitTable::CheckClock(const permit_body_t& body, MonoNs now, std::int64_t unix_us) {
+Result<> PermitTable::CheckSetBack(const permit_body_t& body, const Span& age, MonoNs now, std::int64_t unix_us) {
   const std::int64_t mono_us = now / kMicrosecond;
   latest_offset_us_ = std::max(latest_offset_us_, unix_us - mono_us);
+  if (age.by != Measure::kUnixTime) return {};
   const std::int64_t latest = latest_offset_us_ + mono_us;
-  const std::int64_t age = latest - std::clamp(body.issued_utime, -kFarUs, kFarUs);
-  if (age <= body.valid_ms * INT64_C(1'000) + kClockToleranceUs || latest - unix_us <= kClockToleranceUs) return {};
-  return Failure("was issued " + Seconds(static_cast<double>(age) / 1e6) +
-                 " ago, before this computer's clock was set back by " +
-                 Seconds(static_cast<double>(latest - unix_us) / 1e6) +
-                 ": when the clock is right, start the driver again");
+  const MonoNs oldest = UnixDifference(latest, body.issued_utime);
+  const MonoNs set_back = UnixDifference(latest, unix_us);
+  if (oldest <= body.valid_ms * kMillisecond + kTolerance || set_back <= kTolerance) return {};
+  return Failure("was issued " + Seconds(oldest) + " ago, before this computer's clock was set back by " +
+                 Seconds(set_back) + ": when the clock is right, start the driver again");
 }
 
-void PermitTable::Take(Permit& permit, const permit_body_t& body, const KeyGrant& grant, MonoNs now) {
+void PermitTable::Take(Permit& permit, permit_body_t body, const KeyGrant& grant, MonoNs now) {
   permit.came = true;
-  permit.issuer_boot_id = body.issuer_boot_id;
-  permit.issue = body.issue;
-  permit.issued_utime = body.issued_utime;
-  permit.accepted = now;
   permit.until = now + body.valid_ms * kMillisecond;
   permit.rejection.clear();
   permit.operations.clear();
   for (const std::string& operation : body.operations) {
     if (grant.operations.empty() || Contains(grant.operations, operation)) permit.operations.insert(operation);
   }
+  permit.last = std::move(body);
 }
 
 void PermitTable::Accept(std::string_view device, Bytes message, MonoNs now, std::int64_t unix_us) {
   const auto envelope = DecodeMessage<permit_t>(message);
   if (!envelope) return;
-  const auto body = DecodeMessage<permit_body_t>(envelope->permit);
+  auto body = DecodeMessage<permit_body_t>(envelope->permit);
   if (!body || body->device != device || body->n_operations > kMaxOperations) return;
   if (body->valid_ms < 1 || body->valid_ms > kMaxValidMs) return;
   const Result<const KeyGrant*> grant = GrantOf(*envelope, *body);
+  const Span age = Between(*body, Present(body->base_id, now, unix_us));
 
   const std::lock_guard lock(mutex_);
   const auto found = devices_.find(device);
   if (found == devices_.end()) return;
   Permit& permit = found->second;
-  const Result<> accepted =
-      grant.and_then([&](const KeyGrant*) { return CheckClock(*body, now, unix_us); }).and_then([&] {
-        return CheckTime(permit, *body, unix_us);
-      });
-  if (accepted) return Take(permit, *body, **grant, now);
+  const Result<> accepted = grant.and_then([&](const KeyGrant*) { return CheckSetBack(*body, age, now, unix_us); })
+                                .and_then([&] { return CheckAge(*body, age); })
+                                .and_then([&] { return CheckOrder(permit, *body); });
+  if (accepted) return Take(permit, std::move(*body), **grant, now);
   permit.rejection = accepted.error().text;
   permit.rejected_at = now;
 }

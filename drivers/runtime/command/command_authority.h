@@ -16,6 +16,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
+#include "core/time/base_claim.h"
 
 namespace axlecast {
 
@@ -47,16 +48,20 @@ class EpochFence {
 // unsigned permit is accepted only if the machine's file allows it. Thread-safe; no signature is verified while locked.
 class PermitTable {
  public:
-  PermitTable(const BusConfig& bus, const BridgeConfig& bridge);
+  // `clock_id`: of this host, 0: not known. `base`: the host's place on the time base, must outlive the table; null: not known.
+  PermitTable(const BusConfig& bus, const BridgeConfig& bridge, std::int64_t clock_id = 0,
+              const BaseClaims* base = nullptr);
 
-  // The largest difference of the hosts' clocks.
-  static constexpr std::int64_t kClockToleranceUs = 1'000'000;
+  // A permit may be this much older than its validity, or younger than 0.
+  static constexpr MonoNs kTolerance = kSecond;
 
   // Takes a permit that came on PERMIT/<device> at `now`, which is `unix_us` in UNIX time. It ignores permits that are
   // - malformed, for another device, or valid for less than 1 or more than 500 ms;
-  // - issued at a time that their validity and the tolerance of the clocks do not explain;
+  // - not proven to be at most valid_ms + kTolerance old, and at least -kTolerance;
   // - not newer than the last permit of their issuer, or of another issuer.
-  // If this host's clock is set back, the age of a permit is measured from the latest time that the host has had.
+  // Ages are measured by CLOCK_MONOTONIC if the issuer runs on this host, else by the time base if issuer and driver have a claim
+  // on it, with both half widths, else by UNIX time. If UNIX time is set back, such an age is measured from the latest UNIX time
+  // that the host has had.
   void Accept(std::string_view device, Bytes message, MonoNs now, std::int64_t unix_us);
   // Succeeds if a fresh permit names the operation, or the configuration of the device has `permit: not_required`. The
   // error states for an operator what is missing, with the measured times.
@@ -65,11 +70,8 @@ class PermitTable {
  private:
   struct Permit {
     bool required = true;
-    bool came = false;  // a permit was accepted
-    std::int64_t issuer_boot_id = 0;
-    std::int64_t issue = 0;
-    std::int64_t issued_utime = 0;
-    MonoNs accepted = 0;
+    bool came = false;     // a permit was accepted
+    permit_body_t last{};  // that one
     MonoNs until = 0;
     std::set<std::string, std::less<>> operations;
     std::string rejection;  // why the last one was rejected; empty: it was accepted, or none came
@@ -77,13 +79,27 @@ class PermitTable {
   };
   // Returns the grant of the key that signed the permit. An accepted unsigned permit has the grant of anybody.
   [[nodiscard]] Result<const KeyGrant*> GrantOf(const permit_t& envelope, const permit_body_t& body) const;
-  // Rejects a permit that looks fresh only because this host's clock was set back.
-  [[nodiscard]] Result<> CheckClock(const permit_body_t& body, MonoNs now, std::int64_t unix_us);
-  [[nodiscard]] static Result<> CheckTime(const Permit& last, const permit_body_t& body, std::int64_t unix_us);
-  void Take(Permit& permit, const permit_body_t& body, const KeyGrant& grant, MonoNs now);
+  // A time between two instants, within ns +- half_width_ns, and the clock that measured it.
+  enum class Measure : std::uint8_t { kSameClock, kTimeBase, kUnixTime };
+  struct Span {
+    Measure by = Measure::kUnixTime;
+    MonoNs ns = 0;
+    MonoNs half_width_ns = 0;
+  };
+  [[nodiscard]] static Span Between(const permit_body_t& earlier, const permit_body_t& later);
+  // Returns this instant as a permit that is issued now would state it. `base_id`: the base that matters, 0: none.
+  [[nodiscard]] permit_body_t Present(std::int64_t base_id, MonoNs now, std::int64_t unix_us) const;
+  [[nodiscard]] static std::string Text(const Span& span);
+  // Rejects a permit that looks fresh only because this host's UNIX time was set back.
+  [[nodiscard]] Result<> CheckSetBack(const permit_body_t& body, const Span& age, MonoNs now, std::int64_t unix_us);
+  [[nodiscard]] static Result<> CheckAge(const permit_body_t& body, const Span& age);
+  [[nodiscard]] static Result<> CheckOrder(const Permit& permit, const permit_body_t& body);
+  static void Take(Permit& permit, permit_body_t body, const KeyGrant& grant, MonoNs now);
 
   const BridgeConfig bridge_;
   const KeyGrant anybody_;
+  const std::int64_t clock_id_;
+  const BaseClaims* const base_;
   mutable std::mutex mutex_;
   std::map<std::string, Permit, std::less<>> devices_;
   std::int64_t latest_offset_us_ = INT64_MIN;  // greatest UNIX time minus monotonic time so far

@@ -8,15 +8,22 @@ namespace {
 
 constexpr std::int64_t kUtime = 1'700'000'000'000'000;
 
+struct EveryClaim final : BaseClaims {
+  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono, MonoNs now) const override {
+    return BaseClaim{2, mono, now};
+  }
+};
+
 void Run(Bytes data) {
   const BusConfig bus = CountingBus("b0", {"axis1"});
-  PermitTable open(bus, UnsignedBridge());
+  const EveryClaim claims;
+  PermitTable open(bus, UnsignedBridge(), 1, &claims);
   BridgeConfig keys;
   keys.keys.emplace_back();
   keys.keys[0].role = Role::kControl;
   keys.keys[0].key[0] = 7;
   keys.keys[0].id = 9;
-  PermitTable closed(bus, keys);
+  PermitTable closed(bus, keys, 1, &claims);
 
   permit_t envelope{};
   envelope.permit.assign(data.begin(), data.end());
@@ -37,6 +44,11 @@ void Run(Bytes data) {
     body.issued_utime = data[16] % 2 == 0 ? number(16) : kUtime;
     body.valid_ms = static_cast<std::int32_t>(number(24) % 600);
     body.key_id = data[32] % 2 == 0 ? 0 : 9;
+    body.clock_id = data[33] % 3;
+    body.base_id = data[34] % 4;
+    body.issued_mono_ns = number(8);
+    body.issued_base_ns = number(16);
+    body.issued_half_width_ns = number(24);
   }
   for (PermitTable* book : {&open, &closed}) {
     book->Accept("axis1", data, kSecond, kUtime);

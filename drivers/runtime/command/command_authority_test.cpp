@@ -167,6 +167,141 @@ TEST_F(PermitBookTest, SaysWhyThereIsNone) {
   EXPECT_THAT(Why(2 * kSecond), HasSubstr("the last PERMIT/axis1 ended 1.5 s ago"));
 }
 
+constexpr std::int64_t kClock = 77;  // of the driver's host
+constexpr std::int64_t kBaseId = 5;
+constexpr MonoNs kBaseAhead = 4'000 * kSecond;  // of the driver's CLOCK_MONOTONIC
+
+// The driver's host has a claim of +- 2 ms on the base, or none.
+class FixedClaims final : public BaseClaims {
+ public:
+  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono, MonoNs /*now*/) const override {
+    if (id == 0) return std::nullopt;
+    return BaseClaim{id, mono + kBaseAhead, half_width};
+  }
+  std::int64_t id = kBaseId;
+  MonoNs half_width = 2 * kMillisecond;
+};
+
+class PermitAgeTest : public PermitBookTest {
+ protected:
+  static constexpr MonoNs kNow = 100 * kSecond;
+
+  // Issued on the driver's host, `age` before kNow; UNIX time is wrong by an hour there.
+  static permit_body_t OnSameHost(MonoNs age, std::int64_t issue = 1) {
+    permit_body_t body = Body("axis1", issue, 500);
+    body.issued_utime = kUtime + kNow / kMicrosecond + 3'600'000'000;
+    body.clock_id = kClock;
+    body.issued_mono_ns = kNow - age;
+    return body;
+  }
+  // Issued on another host of the base.
+  static permit_body_t OnOtherHost(MonoNs age, MonoNs half_width, std::int64_t issue = 1) {
+    permit_body_t body = OnSameHost(age, issue);
+    body.clock_id = kClock + 1;
+    body.issued_mono_ns = 7;
+    body.base_id = kBaseId;
+    body.issued_base_ns = kNow + kBaseAhead - age;
+    body.issued_half_width_ns = half_width;
+    return body;
+  }
+  [[nodiscard]] bool Accepts(const permit_body_t& body) {
+    timed_.Accept("axis1", Enveloped(body), kNow, kUtime + kNow / kMicrosecond);
+    return timed_.Check("axis1", "bump", kNow).has_value();
+  }
+  [[nodiscard]] std::string Refusal(const permit_body_t& body) {
+    timed_.Accept("axis1", Enveloped(body), kNow, kUtime + kNow / kMicrosecond);
+    return ErrorText(timed_.Check("axis1", "bump", kNow + kSecond));
+  }
+
+  FixedClaims claims_;
+  PermitTable timed_{bus_, UnsignedBridge(), kClock, &claims_};
+};
+
+TEST_F(PermitAgeTest, OnOneHostUnixTimeDoesNotCount) {
+  EXPECT_TRUE(Accepts(OnSameHost(0)));
+  permit_body_t skewed = OnSameHost(0, 2);
+  skewed.issued_utime = kUtime + kNow / kMicrosecond - 3'000'000;
+  EXPECT_TRUE(Accepts(skewed));
+  EXPECT_TRUE(Accepts(OnSameHost(1'500 * kMillisecond, 3)));
+}
+
+TEST_F(PermitAgeTest, OnOneHostAnOldPermitIsRefusedByItsClock) {
+  permit_body_t old = OnSameHost(1'500 * kMillisecond + 1);
+  old.issued_utime = kUtime + kNow / kMicrosecond;
+  EXPECT_FALSE(Accepts(old));
+  EXPECT_THAT(Refusal(old), HasSubstr("was issued 1.5 s ago by CLOCK_MONOTONIC of this computer"));
+  EXPECT_FALSE(Accepts(OnSameHost(-kSecond - 1)));
+  EXPECT_FALSE(Accepts(OnSameHost(INT64_MIN / 2)));
+}
+
+TEST_F(PermitAgeTest, AStepOfUnixTimeOnTheHostRefusesNothing) {
+  constexpr std::int64_t kHour = 3'600'000'000;
+  permit_body_t body = OnSameHost(0, 1);
+  timed_.Accept("axis1", Enveloped(body), kNow, kUtime + kHour);
+  EXPECT_TRUE(timed_.Check("axis1", "bump", kNow));
+  body = OnSameHost(-kSecond, 2);  // UNIX time was set back an hour for both
+  body.issued_utime = kUtime;
+  timed_.Accept("axis1", Enveloped(body), kNow + kSecond, kUtime);
+  EXPECT_TRUE(timed_.Check("axis1", "bump", kNow + kSecond)) << Why(kNow + kSecond);
+  body = OnSameHost(-2 * kSecond, 1);  // the control process was started again
+  body.issuer_boot_id = 9;
+  body.issued_utime = kUtime - kHour;
+  timed_.Accept("axis1", Enveloped(body), kNow + 2 * kSecond, kUtime - kHour);
+  EXPECT_TRUE(timed_.Check("axis1", "bump", kNow + 2 * kSecond));
+}
+
+TEST_F(PermitAgeTest, ARecordingOfAnEndedProcessOfTheHostIsRefused) {
+  const permit_body_t recorded = OnSameHost(200 * kMillisecond, 50);
+  permit_body_t present = OnSameHost(100 * kMillisecond, 1);
+  present.issuer_boot_id = 4;
+  EXPECT_TRUE(Accepts(present));
+  EXPECT_THAT(Refusal(recorded),
+              HasSubstr("was issued 0.1 s before the last one of another control process, by CLOCK_MONOTONIC"));
+}
+
+TEST_F(PermitAgeTest, OfAnotherHostTheTimeBaseCounts) {
+  EXPECT_TRUE(Accepts(OnOtherHost(0, kMillisecond)));
+  EXPECT_TRUE(Accepts(OnOtherHost(1'497 * kMillisecond, kMillisecond, 2))) << "with both half widths 1.5 s";
+  EXPECT_TRUE(Accepts(OnOtherHost(-997 * kMillisecond, kMillisecond, 3)));
+}
+
+TEST_F(PermitAgeTest, OfAnotherHostTheAgeMustBeProven) {
+  EXPECT_FALSE(Accepts(OnOtherHost(1'497 * kMillisecond + 1, kMillisecond)));
+  EXPECT_FALSE(Accepts(OnOtherHost(-997 * kMillisecond - 1, kMillisecond)));
+  EXPECT_FALSE(Accepts(OnOtherHost(0, 2 * kSecond)));
+  EXPECT_THAT(Refusal(OnOtherHost(12'300 * kMillisecond, 3 * kMillisecond)),
+              HasSubstr("was issued 12.3 s +- 0.005 s ago by the time base"));
+  EXPECT_FALSE(Accepts(OnOtherHost(0, INT64_MAX)));
+}
+
+TEST_F(PermitAgeTest, AnotherProcessOfTheBaseMustBeProvenToBeLater) {
+  EXPECT_TRUE(Accepts(OnOtherHost(100 * kMillisecond, kMillisecond)));
+  permit_body_t next = OnOtherHost(98 * kMillisecond, kMillisecond);
+  next.issuer_boot_id = 4;
+  next.clock_id = kClock + 2;
+  EXPECT_THAT(Refusal(next),
+              HasSubstr("was issued 0.002 s +- 0.002 s after the last one of another control process"));
+  next.issued_base_ns += 1;
+  EXPECT_TRUE(Accepts(next));
+}
+
+TEST_F(PermitAgeTest, WithoutAClaimOfBothUnixTimeCounts) {
+  permit_body_t other = OnOtherHost(0, kMillisecond);
+  EXPECT_TRUE(Accepts(other));
+  claims_.id = 0;
+  other.issue = 2;
+  EXPECT_THAT(Refusal(other), HasSubstr("was issued 3.6e+03 s from now by UNIX time"));
+  claims_.id = kBaseId + 1;  // another base
+  EXPECT_THAT(Refusal(other), HasSubstr("by UNIX time"));
+  other.issued_utime = kUtime + kNow / kMicrosecond;
+  other.issue = 3;
+  EXPECT_TRUE(Accepts(other));
+  claims_.id = kBaseId;
+  other.issued_half_width_ns = -1;
+  other.issue = 4;
+  EXPECT_TRUE(Accepts(other)) << "no claim of the issuer";
+}
+
 class SignedPermitTest : public PermitBookTest {
  protected:
   SignedPermitTest() {

@@ -301,7 +301,7 @@ DriverCommandServer::DriverCommandServer(const BusConfig& bus, const BridgeConfi
       bus_name_(bus.name),
       context_(std::move(context)),
       authority_(bridge),
-      permits_(bus, bridge),
+      permits_(bus, bridge, context_.origin.clock_id, context_.base),
       statuses_(bus.name, context_.origin, *context_.clock, {context_.sink, context_.key}, kMaxRemembered),
       queues_(bus) {}
 

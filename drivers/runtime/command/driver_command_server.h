@@ -131,9 +131,10 @@ class DriverCommandServer {
   struct Context {
     Origin origin;
     const Clock* clock = nullptr;
-    MessageSink* sink = nullptr;      // of the command port
-    std::function<void()> wake;       // ends the bus's sleep
-    const SigningKey* key = nullptr;  // signs every status; null: statuses are unsigned
+    MessageSink* sink = nullptr;       // of the command port
+    std::function<void()> wake;        // ends the bus's sleep
+    const SigningKey* key = nullptr;   // signs every status; null: statuses are unsigned
+    const BaseClaims* base = nullptr;  // this host's place on the time base, for permits; null: not known
   };
   DriverCommandServer(const BusConfig& bus, const BridgeConfig& bridge, Context context);
 

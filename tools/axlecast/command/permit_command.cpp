@@ -57,8 +57,10 @@ int Issue(PermitIssuer& issuer, const Options& options) {
   const MonoNs start = clock.Now();
   std::cerr << "permits for " << options.device << " are being sent; Ctrl-C ends them\n";
   while (static_cast<double>(clock.Now() - start) * 1e-9 < options.seconds) {
-    if (!issuer.Allow(options.device, options.operations, kValidMs)) return Fail("a permit was not sent", kExitBad);
+    if (!issuer.Allow(options.device, options.operations, kValidMs))
+      return Fail(ErrorText(issuer.state()), kExitBad);
     if (stop.Wait(kRefreshMs)) break;
+    if (issuer.totals().failed > 0) return Fail("a permit was not sent: this host refused its message", kExitBad);
   }
   return issuer.Withdraw(options.device) ? kExitDone : kExitBad;
 }
