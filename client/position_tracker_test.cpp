@@ -36,6 +36,7 @@ class PositionTrackerTest : public testing::Test {
     device_info_t info{};
     info.boot_id = boot_;
     info.machine_id = machine_;
+    info.poll_us = publish_us_;
     info.publish_us = publish_us_;
     info.counts_per_turn = kTurn;
     info.ratio_num = 1;
@@ -68,6 +69,8 @@ TEST_F(PositionTrackerTest, NothingYet) {
 TEST_F(PositionTrackerTest, AgeCountsFromTheSamplingInstant) {
   Receive(100 * kMs, 0);
   EXPECT_EQ(tracker_.Check(110 * kMs), Freshness::kLimitUnknown);
+  EXPECT_EQ(tracker_.At(100 * kMs + 1).answer, Answer::kLimitUnknown);
+  EXPECT_EQ(tracker_.Newest(101 * kMs).answer, Answer::kLimitUnknown);
   Device();
   EXPECT_EQ(tracker_.AgeNs(110 * kMs), 10 * kMs);
   EXPECT_EQ(tracker_.Check(120 * kMs), Freshness::kFresh);
@@ -153,6 +156,8 @@ TEST_F(OtherHostTest, AnAgeIsTheGreatestThatItCanBe) {
   ReceiveThere(100 * kMs, 0);
   EXPECT_EQ(tracker_.Check(119 * kMs), Freshness::kFresh);
   EXPECT_EQ(tracker_.Check(120 * kMs), Freshness::kStale) << "it may be 0.1 ms older";
+  EXPECT_EQ(tracker_.At(120 * kMs).answer, Answer::kStale);
+  EXPECT_EQ(tracker_.Newest(120 * kMs).answer, Answer::kStale);
 }
 
 TEST_F(OtherHostTest, WithoutATimeThatIsGoodEnoughThereIsNoPosition) {
@@ -200,7 +205,7 @@ TEST_F(PositionTrackerTest, NothingIsExtrapolatedFromAReadingThatIsTooOld) {
   Receive(101 * kMs, 10);
   EXPECT_TRUE(tracker_.At(121 * kMs));
   EXPECT_EQ(tracker_.Check(122 * kMs), Freshness::kStale);
-  EXPECT_EQ(tracker_.At(122 * kMs).answer, Answer::kTooFarAhead);
+  EXPECT_EQ(tracker_.At(122 * kMs).answer, Answer::kStale);
 }
 
 TEST_F(PositionTrackerTest, AgeCanCountFromTheArrival) {
@@ -294,6 +299,59 @@ TEST_F(PositionTrackerTest, ANamedMachineIsFollowedAlone) {
   EXPECT_DOUBLE_EQ(tracker_.At(100 * kMs).counts, 1'000);
 }
 
+TEST_F(PositionTrackerTest, TheNewestReadingIsAnsweredWhileItIsFresh) {
+  EXPECT_EQ(tracker_.Newest(0).answer, Answer::kNoReading);
+  Device();
+  Receive(100 * kMs, 1'000);
+  const auto newest = tracker_.Newest(119 * kMs);
+  EXPECT_EQ(newest.answer, Answer::kRead);
+  EXPECT_DOUBLE_EQ(newest.counts, 1'000);
+  EXPECT_EQ(tracker_.NewestInstantNs(), 100 * kMs);
+  EXPECT_EQ(tracker_.Newest(121 * kMs).answer, Answer::kStale);
+  Receive(122 * kMs, 0, position_t::FLAG_IMPLAUSIBLE);
+  EXPECT_EQ(tracker_.Newest(123 * kMs).answer, Answer::kStale);
+  Receive(124 * kMs, 5);
+  Receive(125 * kMs, 0, position_t::FLAG_IMPLAUSIBLE);
+  EXPECT_EQ(tracker_.Newest(126 * kMs).answer, Answer::kNotValid);
+}
+
+// After the newest reading, a position is answered only where it is fresh, whatever has come.
+TEST_F(PositionTrackerTest, AtNeverAnswersWhereCheckDoesNot) {
+  std::uint64_t random = 1;
+  const auto below = [&random](std::uint64_t limit) {
+    random = random * 6'364'136'223'846'793'005 + 1'442'695'040'888'963'407;
+    return static_cast<std::int64_t>((random >> 33) % limit);
+  };
+  int answered = 0;
+  for (int run = 0; run < 500; ++run) {
+    PositionTracker::Options options;
+    options.max_extrapolation_ns = below(2) == 0 ? -1 : below(100) * kMs;
+    options.max_age_ns = below(3) == 0 ? below(50) * kMs : 0;
+    tracker_ = PositionTracker(options);
+    publish_us_ = static_cast<std::int32_t>(below(100'000));
+    seq_ = 0;
+    std::int64_t now = kMs * 1'000;
+    for (int i = 0; i < 20; ++i) {
+      if (below(8) == 0) Device();
+      now += below(20) * kMs;
+      boot_ = 5 + (below(30) == 0 ? 1 : 0);
+      clock_id_ = below(30) == 0 ? 77 : OwnClockId();
+      epoch_ = below(20) == 0 ? 1 : 0;
+      const std::int64_t ahead = below(30) == 0 ? 5 * kMs : 0;
+      Receive(now + ahead, below(1'000), below(6) == 0 ? position_t::FLAG_IMPLAUSIBLE : kGood);
+      for (int query = 0; query < 4; ++query) {
+        const std::int64_t instant = tracker_.NewestInstantNs() + 1 + below(150) * kMs;
+        const auto position = tracker_.At(instant);
+        answered += position ? 1 : 0;
+        ASSERT_FALSE(position && tracker_.Check(instant) != Freshness::kFresh)
+            << ReasonText(tracker_.Check(instant)) << ", run " << run;
+        ASSERT_EQ(static_cast<bool>(tracker_.Newest(instant)), tracker_.Check(instant) == Freshness::kFresh);
+      }
+    }
+  }
+  EXPECT_GT(answered, 1'000);
+}
+
 // Every period of the tracker follows that of the device: a 10 Hz axis is usable.
 TEST_F(PositionTrackerTest, ASlowAxisIsAnsweredBetweenItsMessages) {
   publish_us_ = 100'000;
@@ -303,6 +361,25 @@ TEST_F(PositionTrackerTest, ASlowAxisIsAnsweredBetweenItsMessages) {
   EXPECT_DOUBLE_EQ(tracker_.At(1'050 * kMs).counts, 500);
   EXPECT_DOUBLE_EQ(tracker_.At(1'190 * kMs).counts, 1'900);
   EXPECT_EQ(tracker_.At(1'301 * kMs).answer, Answer::kTooFarAhead);
+}
+
+// It states neither a poll period nor a publish period that is as long as its own: only its maximum age follows from that.
+TEST_F(PositionTrackerTest, ADeviceThatSendsByItselfIsAnsweredBetweenItsMessages) {
+  device_info_t info{};
+  info.boot_id = boot_;
+  info.machine_id = machine_;
+  info.counts_per_turn = kTurn;
+  info.ratio_num = 1;
+  info.ratio_den = 1;
+  info.per_turn = 360;
+  info.publish_us = 1'000;
+  info.max_age_us = 60'000;
+  tracker_.OnDevice(info);
+  Receive(1'000 * kMs, 0);
+  Receive(1'020 * kMs, 1'000);
+  EXPECT_DOUBLE_EQ(tracker_.At(1'039 * kMs).counts, 1'950);
+  EXPECT_EQ(tracker_.At(1'061 * kMs).answer, Answer::kTooFarAhead);
+  EXPECT_EQ(tracker_.At(1'081 * kMs).answer, Answer::kStale);
 }
 
 TEST_F(PositionTrackerTest, InterpolatesBetweenTwoReadings) {
@@ -366,6 +443,7 @@ TEST_F(PositionTrackerTest, DoesNotInterpolateAcrossALongGap) {
 }
 
 TEST_F(PositionTrackerTest, ExtrapolatesWithTheSpeedOfTheMessage) {
+  Device();
   speed_ = 2 * 3.141592653589793 * 10;  // 10 turns/s
   Receive(100 * kMs, 0, kGood + position_t::FLAG_SPEED_VALID);
   const auto position = tracker_.At(102 * kMs);
@@ -376,6 +454,7 @@ TEST_F(PositionTrackerTest, ExtrapolatesWithTheSpeedOfTheMessage) {
 }
 
 TEST_F(PositionTrackerTest, ExtrapolatesFromTwoReadingsElseNotAtAll) {
+  Device();
   Receive(100 * kMs, 0);
   EXPECT_EQ(tracker_.At(101 * kMs).answer, Answer::kSpeedUnknown);
   Receive(101 * kMs, 100);

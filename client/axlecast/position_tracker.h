@@ -63,7 +63,8 @@ class PositionTracker {
   struct Options {
     // Older readings are stale. 0: device_info_t.max_age_us, as soon as a DEVICE message came.
     std::int64_t max_age_ns = 0;
-    // At answers up to this long after the newest reading. -1: two periods of the device (DEVICE), at least 5 ms.
+    // At answers up to this long after the newest reading. -1: two periods of the device (DEVICE: the longest of poll_us, publish_us
+    // and, if poll_us is 0, a third of max_age_us), at least 5 ms.
     std::int64_t max_extrapolation_ns = -1;
     // At does not interpolate between readings further apart. -1: three periods of the device, at least 50 ms.
     std::int64_t max_gap_ns = -1;
@@ -105,6 +106,8 @@ class PositionTracker {
     kNoReading,      // nothing received yet
     kBeforeHistory,  // older than what is kept (kHistory messages, none from before a restart)
     kTooFarAhead,    // beyond max_extrapolation_ns
+    kStale,          // as in Freshness
+    kLimitUnknown,   // as in Freshness: without a maximum age nothing is extrapolated
     kNotValid,       // a reading it would rest on is not valid
     kDatumChanged,   // the datum, or the trust in the turns, changed between the two readings
     kGap,            // the two readings are further apart than max_gap_ns
@@ -116,7 +119,7 @@ class PositionTracker {
   };
 
   // The position at an instant. It never rests on a reading older than the maximum age. Only where it converts to true do the
-  // numbers mean anything; else they are NaN.
+  // numbers mean anything; else they are NaN, and `answer` states why (ReasonText).
   struct Position {
     Answer answer = Answer::kNoReading;
     double counts = std::numeric_limits<double>::quiet_NaN();  // absolute, after direction and datum
@@ -159,10 +162,19 @@ class PositionTracker {
   [[nodiscard]] Freshness Check(std::int64_t now_ns) const;
   // Returns the time since the newest valid reading; negative without a valid reading.
   [[nodiscard]] std::int64_t AgeNs(std::int64_t now_ns) const { return valid_any_ ? now_ns - valid_at_ : -1; }
+  // Returns the position at an instant. After the newest reading, it answers only where Check(instant_ns) returns kFresh.
   [[nodiscard]] Position At(std::int64_t instant_ns) const;
+  // Returns the newest reading, at its own instant NewestInstantNs(), if it is fresh at `now_ns`.
+  [[nodiscard]] Position Newest(std::int64_t now_ns) const;
+  // The instant of the newest reading that is used, on the clock of the caller; 0 before the first.
+  [[nodiscard]] std::int64_t NewestInstantNs() const { return size_ > 0 ? Back(0).at : 0; }
   [[nodiscard]] const Totals& totals() const { return totals_; }
   // The newest message; meaningless before the first.
   [[nodiscard]] const position_t& newest() const { return newest_; }
+
+  // Messages between two sequence numbers. A wild number, which anybody on the network can send, is a loss of 2^31 and not an
+  // overflow.
+  [[nodiscard]] static std::int64_t LostBetween(std::int64_t seq, std::int64_t later);
 
   static constexpr std::size_t kHistory = 64;  // messages
   // Without messages of one of two publishers for this time, the other one is used again.
@@ -187,7 +199,7 @@ class PositionTracker {
   [[nodiscard]] const Reading& Back(std::size_t i) const { return ring_[(newest_at_ + kHistory - i) % kHistory]; }
   [[nodiscard]] static bool Valid(const Reading& reading) { return (reading.flags & position_t::FLAG_VALID) != 0; }
   [[nodiscard]] static Reading Take(const position_t& message, std::int64_t at, std::int64_t half_width);
-  [[nodiscard]] static std::int64_t LostBetween(std::int64_t seq, std::int64_t later);
+  [[nodiscard]] static std::int64_t PeriodNs(const device_info_t& message);
   [[nodiscard]] static double Slope(const Reading& a, const Reading& b);
   [[nodiscard]] static Answer Joined(const Reading& a, const Reading& b, std::int64_t max_gap_ns);
   [[nodiscard]] Position Refuse(Answer answer) const;
@@ -289,7 +301,6 @@ inline PositionTracker::Reading PositionTracker::Take(const position_t& message,
   return reading;
 }
 
-// A wild sequence number, which anybody on the network can send, is a loss of 2^31 and not an overflow.
 inline std::int64_t PositionTracker::LostBetween(std::int64_t seq, std::int64_t later) {
   constexpr std::uint64_t kMax = std::uint64_t{1} << 31;
   const std::uint64_t lost = static_cast<std::uint64_t>(later) - static_cast<std::uint64_t>(seq) - 1;
@@ -375,6 +386,10 @@ inline const char* ReasonText(PositionTracker::Answer answer) {
       return "the instant is older than the readings that are kept";
     case PositionTracker::Answer::kTooFarAhead:
       return "the instant is too long after the newest reading";
+    case PositionTracker::Answer::kStale:
+      return ReasonText(PositionTracker::Freshness::kStale);
+    case PositionTracker::Answer::kLimitUnknown:
+      return ReasonText(PositionTracker::Freshness::kLimitUnknown);
     case PositionTracker::Answer::kNotValid:
       return "a reading at this instant is not valid";
     case PositionTracker::Answer::kDatumChanged:
@@ -395,13 +410,18 @@ inline const char* ReasonText(PositionTracker::Answer answer) {
   return "unknown";
 }
 
+// A device that sends by itself, or is read as fast as the bus allows, states no period. Its maximum age is three periods, or more.
+inline std::int64_t PositionTracker::PeriodNs(const device_info_t& message) {
+  const std::int32_t readings = message.poll_us > 0 ? message.poll_us : message.max_age_us / 3;
+  return std::int64_t{readings > message.publish_us ? readings : message.publish_us} * 1'000;
+}
+
 inline void PositionTracker::OnDevice(const device_info_t& message) {
   if (options_.machine_id != 0 && message.machine_id != 0 && message.machine_id != options_.machine_id) return;
   has_device_ = message.ratio_den != 0 && message.counts_per_turn > 0;
   device_boot_ = message.boot_id;
   device_max_age_ns_ = std::int64_t{message.max_age_us} * 1'000;
-  device_period_ns_ =
-      std::int64_t{message.poll_us > message.publish_us ? message.poll_us : message.publish_us} * 1'000;
+  device_period_ns_ = PeriodNs(message);
   modulo_ = message.modulo;
   unit_per_count_ = has_device_
                         ? message.per_turn * static_cast<double>(message.ratio_num) /
@@ -467,8 +487,9 @@ inline PositionTracker::Answer PositionTracker::Joined(const Reading& a, const R
 inline PositionTracker::Position PositionTracker::Extrapolate(std::int64_t instant_ns) const {
   const Reading& last = Back(0);
   if (!Valid(last)) return Refuse(Answer::kNotValid);
+  if (MaxAgeNs() <= 0) return Refuse(Answer::kLimitUnknown);
+  if (instant_ns - last.at + valid_half_width_ > MaxAgeNs()) return Refuse(Answer::kStale);
   if (instant_ns - last.at > MaxExtrapolationNs()) return Refuse(Answer::kTooFarAhead);
-  if (MaxAgeNs() > 0 && instant_ns - last.at > MaxAgeNs()) return Refuse(Answer::kTooFarAhead);
   double counts_per_ns = 0;
   if ((last.flags & position_t::FLAG_SPEED_VALID) != 0) {
     counts_per_ns = last.counts_per_ns;
@@ -501,6 +522,30 @@ inline PositionTracker::Position PositionTracker::At(std::int64_t instant_ns) co
                 Slope(before, after), before.half_width > after.half_width ? before.half_width : after.half_width);
   }
   return Refuse(Answer::kBeforeHistory);
+}
+
+inline PositionTracker::Position PositionTracker::Newest(std::int64_t now_ns) const {
+  switch (Check(now_ns)) {
+    case Freshness::kFresh:
+      return Make(Answer::kRead, Back(0), Back(0).flags, 0, 0, 0);
+    case Freshness::kStale:
+      return Refuse(Answer::kStale);
+    case Freshness::kNotValid:
+      return Refuse(Answer::kNotValid);
+    case Freshness::kNoReading:
+      return Refuse(Answer::kNoReading);
+    case Freshness::kLimitUnknown:
+      return Refuse(Answer::kLimitUnknown);
+    case Freshness::kWrongClock:
+      return Refuse(Answer::kWrongClock);
+    case Freshness::kOtherClock:
+      return Refuse(Answer::kOtherClock);
+    case Freshness::kTimeUnknown:
+      return Refuse(Answer::kTimeUnknown);
+    case Freshness::kTwoPublishers:
+      return Refuse(Answer::kTwoPublishers);
+  }
+  return Refuse(Answer::kNoReading);
 }
 
 }  // namespace axlecast
