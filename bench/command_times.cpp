@@ -15,6 +15,7 @@
 //   outcome    the driver's last word to the bridge's outcome: of a changing one the journal
 
 #include <axlecast/command_client.h>
+#include <axlecast/machine_settings.h>
 
 #include <atomic>
 #include <axlecast/command_body_t.hpp>
@@ -137,7 +138,7 @@ int Fail(const std::string& problem) {
 
 int Main(int argc, char** argv) {
   if (argc < 5) return Fail("usage: command_times CONFIG COUNT DEVICE OPERATION [KEY=VALUE]...");
-  const auto settings = ClientSettings::OfMachine(argv[1], "");
+  const auto settings = axlecast::SettingsOfMachine(argv[1], "");
   if (!settings) return Fail(settings.error().text);
   CommandClient client(*settings);
   if (const auto usable = client.state(); !usable) return Fail(usable.error().text);

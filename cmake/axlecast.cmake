@@ -8,8 +8,8 @@ add_custom_target(axlecast_fuzzers)
 add_library(axlecast_flags INTERFACE)
 target_include_directories(axlecast_flags INTERFACE ${CMAKE_SOURCE_DIR})
 target_compile_options(axlecast_flags INTERFACE
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast -Wnon-virtual-dtor
-  -Woverloaded-virtual -Werror
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+  "$<$<COMPILE_LANGUAGE:CXX>:-Wold-style-cast;-Wnon-virtual-dtor;-Woverloaded-virtual>" -Werror
   # g++ 12 warns of overlapping and too long copies in its own operator+ of strings (GCC bug 105651). clang checks both.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict -Wno-array-bounds>)
 if(AXLECAST_SANITIZE)

@@ -1,4 +1,4 @@
-// Where commands and permits go, and who signs them. C++17.
+// Where commands and permits go, and who signs them. C++17. machine_settings.h reads them from the machine's file.
 #pragma once
 
 #include <axlecast/result.h>
@@ -17,10 +17,6 @@ struct ClientSettings {
   std::string key_credential = {};
   // The bridge's public key, 64 hex digits: only what it signed is believed. Empty: every status is believed.
   std::string bridge_key = {};
-
-  // Returns the settings of a machine's file, with the key `key_name` under `bridge: keys:`. With an empty name, the first key
-  // that can be read on this host is used, if any. Fails if the file or the named key cannot be used.
-  [[nodiscard]] static Result<ClientSettings> OfMachine(const std::string& file, const std::string& key_name);
 };
 
 }  // namespace axlecast

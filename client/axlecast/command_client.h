@@ -1,6 +1,6 @@
 // Commands from a control process: send, follow, cancel, await the outcome, ask again later. docs/client.md.
 //
-//   const auto settings = axlecast::ClientSettings::OfMachine("machine.yaml", "plc");
+//   const auto settings = axlecast::SettingsOfMachine("machine.yaml", "plc");  // or fill ClientSettings
 //   if (!settings) ... settings.error().text
 //   axlecast::CommandClient client(*settings);
 //   axlecast::CommandRequest request;

@@ -14,7 +14,6 @@
 #include "core/base/secret.h"
 #include "core/base/time.h"
 #include "core/command/keys.h"
-#include "core/config/machine_config.h"
 
 namespace axlecast {
 
@@ -26,14 +25,6 @@ struct ClientKeys {
 
 // Loads the keys that `settings` name. Fails if one of them cannot be used.
 [[nodiscard]] Result<ClientKeys> LoadClientKeys(const ClientSettings& settings, SecretSource& secrets);
-
-// Returns the settings of the machine's clients, without an own key.
-[[nodiscard]] ClientSettings SettingsOf(const MachineConfig& machine);
-
-// Returns the first key of the machine whose secret half can be read on this host; null if no key can be read. If `role` is given,
-// only keys of that role are considered.
-[[nodiscard]] const KeyGrant* ReadableKey(const MachineConfig& machine, std::optional<Role> role,
-                                          SecretSource& secrets);
 
 // The content of a command_t.
 struct SignedBody {

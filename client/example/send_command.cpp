@@ -6,6 +6,7 @@
 // PERMIT_KEY has role control. Where the file allows unsigned commands none is needed.
 // Exit codes as those of `axlecast do`: docs/commands.md.
 #include <axlecast/command_client.h>
+#include <axlecast/machine_settings.h>
 #include <axlecast/permit_issuer.h>
 
 #include <cstdio>
@@ -109,8 +110,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: send_command CONFIG DEVICE VALUE [COMMAND_KEY [PERMIT_KEY]]\n");
     return kUsage;
   }
-  const auto commands = ClientSettings::OfMachine(argv[1], argc > 4 ? argv[4] : "");
-  const auto permits = ClientSettings::OfMachine(argv[1], argc > 5 ? argv[5] : "");
+  const auto commands = axlecast::SettingsOfMachine(argv[1], argc > 4 ? argv[4] : "");
+  const auto permits = axlecast::SettingsOfMachine(argv[1], argc > 5 ? argv[5] : "");
   if (!commands || !permits) {
     std::fprintf(stderr, "%s\n", (commands ? permits : commands).error().text.c_str());
     return 1;

@@ -16,6 +16,7 @@
 
 #include "bridge/store/history.h"
 #include "client/axlecast/command_client.h"
+#include "client/axlecast/machine_settings.h"
 #include "core/command/commands.h"
 #include "core/config/load.h"
 #include "core/messages/enum_names.h"
@@ -300,7 +301,7 @@ int Main(int argc, char** argv) {
   const auto machine = LoadConfig(order.client_file, errors);
   ConfigErrors bridge_errors(order.bridge_file);
   const auto bridge = LoadConfig(order.bridge_file, bridge_errors);
-  const auto settings = ClientSettings::OfMachine(order.client_file, "");
+  const auto settings = SettingsOfMachine(order.client_file, "");
   if (!machine || !bridge || !settings) {
     std::fprintf(stderr, "%s%s%s\n", errors.Text().c_str(), bridge_errors.Text().c_str(),
                  ErrorText(settings).c_str());

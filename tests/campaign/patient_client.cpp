@@ -4,13 +4,14 @@
 #include <string>
 
 #include <axlecast/command_client.h>
+#include <axlecast/machine_settings.h>
 
 int main(int argc, char** argv) {
   if (argc != 3) {
     std::fprintf(stderr, "usage: patient_client CONFIG DEVICE\n");
     return 2;
   }
-  const auto settings = axlecast::ClientSettings::OfMachine(argv[1], "");
+  const auto settings = axlecast::SettingsOfMachine(argv[1], "");
   if (!settings) {
     std::fprintf(stderr, "%s\n", settings.error().text.c_str());
     return 1;

@@ -5,9 +5,10 @@ import os
 import pathlib
 import re
 import subprocess
+import time
 import unittest
 
-from machine import BIN, LIMIT, Machine, one_axis, wait_for
+from machine import BIN, LIMIT, Machine, clock_id, one_axis, unsigned, wait_for
 
 DONE, USAGE, REJECTED, NO_ANSWER, UNVERIFIED = 0, 2, 3, 6, 7
 EXAMPLES = pathlib.Path(os.environ["AXLECAST_SOURCE"]) / "client" / "example"
@@ -78,8 +79,10 @@ class Client(Machine):
         self.assertEqual((code, outcome["reason"], outcome["temporary"]), (REJECTED, "no_permit", True), outcome)
         permits = self.start("permit", BIN / "axlecast", "permit", "axis1", "zero_single_turn", "--for", "60s", "--config",
                              self.config)
-        wait_for(lambda: self.data.last("PERMIT/axis1"), "a permit")
-        code, outcome = self.command("zero", "axis1", "--yes")
+        permit = wait_for(lambda: self.data.last("PERMIT/axis1"), "a permit")["permit_decoded"]
+        self.assertEqual(unsigned(permit["clock_id"]), clock_id(), "the driver checks its age by CLOCK_MONOTONIC")
+        self.assertLessEqual(permit["issued_mono_ns"], time.monotonic_ns())
+        code, outcome = self.outcome("zero", "axis1", "--yes")
         self.assertEqual(code, DONE, outcome)
         permits.terminate()
         self.assertEqual(permits.wait(LIMIT), 0)

@@ -31,7 +31,7 @@ class Consumer(unittest.TestCase):
 
     def assert_usable(self, folder):
         """The programs run as far as they come without a machine: they ask for what they miss."""
-        for program in ("print_position", "send_command"):
+        for program in ("print_position", "send_command", "control_process"):
             result = subprocess.run([folder / program], capture_output=True, text=True)
             self.assertIn("usage", (result.stdout + result.stderr).lower(), program)
 
@@ -45,10 +45,26 @@ class Consumer(unittest.TestCase):
     def test_pkg_config_finds_the_libraries(self):
         found, = self.usr.glob("lib/*/pkgconfig")
         environment = dict(os.environ, PKG_CONFIG_PATH=str(found))
-        for module, example in (("axlecast", "print_position"), ("axlecast-client", "send_command")):
+        for module, example in (("axlecast", "print_position"), ("axlecast-machine", "send_command")):
             flags = out("pkg-config", "--cflags", "--libs", module, env=environment).split()
             out("c++", "-std=c++17", self.examples / f"{example}.cpp", *flags, "-o", self.folder / example)
+        flags = out("pkg-config", "--cflags", "--libs", "axlecast-c", env=environment).split()
+        out("gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", self.examples / "control_process.c", *flags, "-o",
+            self.folder / "control_process")
         self.assert_usable(self.folder)
+
+    def test_a_control_process_links_neither_drivers_nor_the_machine_file(self):
+        library, = self.usr.glob("lib/*/libaxlecast_client.a")
+        symbols = out("nm", "--demangle", "--undefined-only", library)
+        for foreign in ("YAML::", "modbus_", "gpiod_"):
+            self.assertNotIn(foreign, symbols)
+        build = self.folder / "build"
+        out("cmake", "-S", HERE / "consumer", "-B", build, f"-DCMAKE_PREFIX_PATH={self.usr}", f"-DEXAMPLES={self.examples}")
+        out("cmake", "--build", build, "--target", "print_position", "control_process")
+        for program in ("print_position", "control_process"):
+            needed = out("ldd", build / program)
+            for foreign in ("yaml-cpp", "libmodbus", "libgpiod"):
+                self.assertNotIn(foreign, needed, program)
 
     def test_python_types_need_no_binding_of_lcm(self):
         script = ("import axlecast\n"

@@ -102,7 +102,7 @@ permit_body_t PermitTable::Present(std::int64_t base_id, MonoNs now, std::int64_
   present.issued_mono_ns = now;
   present.issued_utime = unix_us;
   if (base_ == nullptr || base_id == 0) return present;
-  if (const std::optional<BaseClaim> own = base_->At(now, now)) {
+  if (const std::optional<BaseClaim> own = base_->At(now)) {
     present.base_id = own->base_id;
     present.issued_base_ns = own->base_ns;
     present.issued_half_width_ns = own->half_width_ns;

@@ -71,7 +71,7 @@ class PermitTable {
   struct Permit {
     bool required = true;
     bool came = false;     // a permit was accepted
-    permit_body_t last{};  // that one
+    permit_body_t last{};  // the accepted permit
     MonoNs until = 0;
     std::set<std::string, std::less<>> operations;
     std::string rejection;  // why the last one was rejected; empty: it was accepted, or none came

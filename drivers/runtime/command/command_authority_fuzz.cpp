@@ -9,9 +9,9 @@ namespace {
 constexpr std::int64_t kUtime = 1'700'000'000'000'000;
 
 struct EveryClaim final : BaseClaims {
-  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono, MonoNs now) const override {
-    return BaseClaim{2, mono, now};
-  }
+  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono) const override { return BaseClaim{2, mono, mono}; }
+};
+}
 };
 
 void Run(Bytes data) {

@@ -174,7 +174,7 @@ constexpr MonoNs kBaseAhead = 4'000 * kSecond;  // of the driver's CLOCK_MONOTON
 // The driver's host has a claim of +- 2 ms on the base, or none.
 class FixedClaims final : public BaseClaims {
  public:
-  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono, MonoNs /*now*/) const override {
+  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono) const override {
     if (id == 0) return std::nullopt;
     return BaseClaim{id, mono + kBaseAhead, half_width};
   }

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "client/command/signed_messages.h"
+#include "client/machine/machine_clients.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/commands.h"
