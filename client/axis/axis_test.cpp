@@ -8,6 +8,7 @@
 #include <axlecast/permit_t.hpp>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <string>
 #include <thread>
 
@@ -214,6 +215,28 @@ TEST_F(AxisTest, PermitsStateTheInstantOfTheCallOnBothClocks) {
   EXPECT_TRUE(axis.Withdraw());
   Until([&] { ASSERT_TRUE(receiver.Handle(100)); }, [&] { return permits.back().n_operations == 0; });
   EXPECT_GT(permits.back().issue, permits[0].issue);
+}
+
+// The thread that sends must not renew what the control loop does not ask for any more.
+TEST_F(AxisTest, OneCallOfALoopThatStopsIsSentOnce) {
+  std::map<std::string, int> permits;
+  LcmPort receiver(kCommands, "");
+  ASSERT_TRUE(receiver.Subscribe("PERMIT/.*", [&](const std::string& channel, Bytes) { ++permits[channel]; }));
+  ConnectionSettings settings = Settings();
+  settings.permits = ConnectionSettings::Key();
+  Connection connection(settings);
+  Axis stopped(connection, "axis1");
+  Axis running(connection, "axis2");
+  const MonoNs begin = Now();
+  ASSERT_TRUE(stopped.Allow({"zero"}, 20));
+  // Until the first permit has lapsed several times over, while the thread sends those of the other axis.
+  Until(
+      [&] {
+        ASSERT_TRUE(running.Allow({"zero"}, 20));
+        ASSERT_TRUE(receiver.Handle(1));
+      },
+      [&] { return permits["PERMIT/axis2"] >= 10 && Now() - begin > 100 * kMillisecond; });
+  EXPECT_EQ(permits["PERMIT/axis1"], 1);
 }
 
 TEST_F(AxisTest, WhatTheSettingsDoNotAskForIsNotSent) {

@@ -13,6 +13,7 @@
 #include "client/axlecast/axis.h"
 #include "client/axlecast/axlecast.h"
 
+// NOLINTBEGIN(readability-identifier-naming): names of C
 struct ax_connection {
   explicit ax_connection(const axlecast::ConnectionSettings& settings) : connection(settings) {}
   axlecast::Connection connection;
@@ -28,6 +29,7 @@ struct ax_set {
   ax_set(axlecast::Connection& connection, const char* name) : set(connection, name) {}
   axlecast::PositionSet set;
 };
+// NOLINTEND(readability-identifier-naming)
 
 namespace {
 
@@ -100,7 +102,7 @@ ax_code Fill(const AxisPosition& from, ax_position& to) {
   to.mono_ns = from.mono_ns;
   to.age_ns = from.age_ns;
   to.base = ToC(from.base);
-  to.unit = from.newest.unit;
+  to.unit = std::int32_t{from.newest.unit};
   to.flags = from.position.flags;
   to.datum_epoch = from.position.datum_epoch;
   to.freshness = static_cast<ax_freshness>(from.freshness);
@@ -133,7 +135,7 @@ void Fill(const axlecast::position_set_axis_t& from, ax_set_axis& to) {
   to.counts = from.counts;
   to.value = from.value;
   to.speed_rad_s = from.speed_rad_s;
-  to.unit = from.unit;
+  to.unit = std::int32_t{from.unit};
   to.flags = from.flags;
   to.datum_epoch = from.datum_epoch;
 }
@@ -168,6 +170,7 @@ static_assert(int{AX_FLAG_SIMULATED} == int{axlecast::position_t::FLAG_SIMULATED
 
 }  // namespace
 
+// NOLINTBEGIN(readability-identifier-naming, modernize-redundant-void-arg): names and declarations of C
 extern "C" {
 
 const char* ax_code_text(ax_code code) {
@@ -389,10 +392,11 @@ ax_code ax_set_read(const ax_set* set, ax_set_reading* reading) {
     reading->limit_ns = newest->set.limit_ns;
     reading->since_arrival_ns = ax_now_ns() - newest->received_ns;
     reading->lost = newest->lost;
-    reading->n_axes = newest->set.n;
+    reading->n_axes = static_cast<std::int32_t>(newest->set.axes.size());
     for (std::size_t i = 0; i < newest->set.axes.size(); ++i) Fill(newest->set.axes[i], reading->axes[i]);
     return AX_OK;
   });
 }
 
 }  // extern "C"
+// NOLINTEND(readability-identifier-naming, modernize-redundant-void-arg)

@@ -21,6 +21,7 @@
  *
  * Instants are ns on CLOCK_MONOTONIC of this host, unless stated otherwise. Positions are advisory: they are not signed.
  */
+/* NOLINTBEGIN: the language is C. */
 #ifndef AXLECAST_AXLECAST_H
 #define AXLECAST_AXLECAST_H
 
@@ -281,3 +282,4 @@ ax_code ax_set_read(const ax_set* set, ax_set_reading* reading);
 #endif
 
 #endif
+/* NOLINTEND */

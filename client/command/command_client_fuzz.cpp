@@ -42,6 +42,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   sessions.Query(kId, kProbe);
   std::int64_t digest = 0;
   bool ended = false;
+  int ends = 0;
   while (size >= 4) {
     const std::size_t length = std::min<std::size_t>(size - 4, static_cast<std::size_t>(data[0]) + data[1] * 256U);
     const axlecast::Bytes message(data + 4, length);
@@ -58,7 +59,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     clock.Advance(data[3] * axlecast::kMillisecond * 10);
     sink.Clear();
-    static_cast<void>(sessions.Poll());
+    static_cast<void>(sessions.Poll([&](const axlecast::CommandResult& result) {
+      Require(result.id == kId && !result.under_way);
+      ++ends;
+    }));
     for (const auto& sent : sink.All<axlecast::command_t>("COMMAND")) {
       const auto body = axlecast::DecodeMessage<axlecast::command_body_t>(sent.body);
       Require(body && std::equal(kId.begin(), kId.end(), std::begin(body->id)));
@@ -70,6 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const bool done = sessions.Find({axlecast::CommandSessions::Kind::kCommand, kId})->done();
     Require(done || !ended);
     ended = done;
+    Require(ends == (done ? 1 : 0));
     data += 4 + length;
     size -= 4 + length;
   }

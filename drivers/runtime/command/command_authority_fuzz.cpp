@@ -11,8 +11,6 @@ constexpr std::int64_t kUtime = 1'700'000'000'000'000;
 struct EveryClaim final : BaseClaims {
   [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono) const override { return BaseClaim{2, mono, mono}; }
 };
-}
-};
 
 void Run(Bytes data) {
   const BusConfig bus = CountingBus("b0", {"axis1"});
