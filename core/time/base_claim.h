@@ -9,7 +9,7 @@ namespace axlecast {
 
 // Where an instant of this host's CLOCK_MONOTONIC lies on the time base of the machine: within base_ns +- half_width_ns.
 struct BaseClaim {
-  std::int64_t base_id = 0;  // time_quality_t base_id, never 0
+  std::int64_t base_id = 0;  // time_quality_t base_id; 0: no claim
   std::int64_t base_ns = 0;
   std::int64_t half_width_ns = 0;
 };
