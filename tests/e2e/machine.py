@@ -28,6 +28,12 @@ def wait_for(condition, what, limit=LIMIT):
     raise AssertionError(f"not within {limit} s: {what() if callable(what) else what}")
 
 
+def wrong_unix_time(seconds):
+    """Environment of a process whose UNIX time is this far off, and whose CLOCK_MONOTONIC is right."""
+    library = next(pathlib.Path("/usr/lib").glob("*/faketime/libfaketime.so.1"))
+    return {"LD_PRELOAD": str(library), "FAKETIME": f"{seconds:+d}s", "FAKETIME_DONT_FAKE_MONOTONIC": "1"}
+
+
 def boot_id():
     return pathlib.Path("/proc/sys/kernel/random/boot_id").read_text().strip().replace("-", "")
 

@@ -54,9 +54,10 @@ buses:
             return None if outcome.get("reason") == "no_permit" else (code, outcome)
         return wait_for(once, f"{words}: a permit in time")
 
-    def start_permits(self, *operations):
-        permits = self.start("permit", BIN / "axlecast", "permit", "axis1", *operations, "--for", "10min", "--key",
-                             self.keys / "plc.key", "--config", self.config)
+    def start_permits(self, *operations, before=(), env=None):
+        """`before`: a program that starts the process, for example in another time namespace."""
+        permits = self.start("permit", *before, BIN / "axlecast", "permit", "axis1", *operations, "--for", "10min", "--key",
+                             self.keys / "plc.key", "--config", self.config, env=env)
         wait_for(lambda: self.data.last("PERMIT/axis1"), lambda: "a permit: " + self.log("permit"))
         return permits
 

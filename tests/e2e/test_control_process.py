@@ -2,9 +2,10 @@
 
 import re
 import subprocess
+import time
 import unittest
 
-from machine import BIN, LIMIT, clock_id, unsigned, wait_for
+from machine import BIN, LIMIT, clock_id, unsigned, wait_for, wrong_unix_time
 from signed_machine import SignedMachine
 
 DONE, UNUSABLE, NOT_DONE = 0, 1, 3
@@ -44,8 +45,7 @@ class ControlProcess(SignedMachine):
         self.run_signed_axis()
         code, out = self.run_example(permit_key="local")
         self.assertEqual(code, NOT_DONE, out)
-        self.assertRegex(out, r"[0-9a-f]{32}: rejected: .*nothing was done")
-        self.assertIn("whose role is not control", out)
+        self.assertRegex(out, r"[0-9a-f]{32}: rejected: .*whose role is not control")
         self.assertEqual(self.encoder()["zeroings"], 0)
 
     def test_it_names_what_does_not_work(self):
@@ -58,6 +58,28 @@ class ControlProcess(SignedMachine):
         needed = subprocess.run(["ldd", BIN / "control_process"], capture_output=True, text=True, check=True).stdout
         for foreign in ("yaml-cpp", "libmodbus", "libgpiod"):
             self.assertNotIn(foreign, needed)
+
+
+class AgeOfAPermit(SignedMachine):
+    def test_on_one_host_a_wrong_unix_time_refuses_no_permit(self):
+        self.run_signed_axis()
+        self.start_permits("zero_single_turn", env=wrong_unix_time(-3600))
+        permit = self.data.last("PERMIT/axis1")
+        self.assertLess(permit["permit_decoded"]["issued_utime"], time.time() * 1e6 - 3_500_000_000, "an hour behind")
+        code, outcome = self.permitted("zero", "axis1", "--yes")
+        self.assertEqual(code, DONE, outcome)
+
+    def test_of_another_clock_unix_time_counts(self):
+        self.run_signed_axis()
+        self.start_permits("zero_single_turn", before=("unshare", "--time", "--fork", "--kill-child", "--monotonic", "90000"),
+                           env=wrong_unix_time(-3600))
+        code, outcome = self.command("zero", "axis1", "--yes")
+        self.assertEqual((code, outcome["reason"]), (NOT_DONE, "no_permit"), outcome)
+        self.assertRegex(outcome["text"], r"was issued 360\d s ago by UNIX time")
+        self.processes.pop().kill()  # unshare hands no SIGTERM on
+        self.start_permits("zero_single_turn", before=("unshare", "--time", "--fork", "--kill-child", "--monotonic", "90000"))
+        code, outcome = self.permitted("zero", "axis1", "--yes")
+        self.assertEqual(code, DONE, outcome)
 
 
 if __name__ == "__main__":

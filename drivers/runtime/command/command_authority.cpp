@@ -47,7 +47,7 @@ MonoNs UnixDifference(std::int64_t later_us, std::int64_t earlier_us) {
 
 std::string Seconds(double seconds) {
   std::array<char, 32> text{};
-  static_cast<void>(std::snprintf(text.data(), text.size(), "%.3g s", seconds));
+  static_cast<void>(std::snprintf(text.data(), text.size(), seconds < 1'000 ? "%.3g s" : "%.0f s", seconds));
   return text.data();
 }
 
