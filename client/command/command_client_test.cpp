@@ -161,6 +161,25 @@ TEST(PermitIssuer, SendsOnlyWhatADriverAccepts) {
   EXPECT_FALSE(issuer.Allow("axis1", {""}, 500));
 }
 
+// The thread sanitizer checks the accesses.
+TEST(PermitIssuer, ThreadsAllowAndWithdrawTogether) {
+  PermitIssuer issuer(Nowhere());
+  const auto work = [&issuer](const std::string& device) {
+    for (int i = 1; i <= 200; ++i) {
+      const std::vector<std::string> operations(static_cast<std::size_t>(i % 3 + 1), "zero");
+      EXPECT_TRUE(issuer.Allow(device, operations, 1 + i % 500));
+      if (i % 20 == 0) {
+        EXPECT_TRUE(issuer.Withdraw(device));
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (const char* device : {"axis1", "axis1", "axis2", "axis3"}) threads.emplace_back(work, device);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_GE(issuer.totals().sent, 20) << "withdrawals of axis2 and axis3 at least";
+  EXPECT_EQ(issuer.totals().failed, 0);
+}
+
 TEST(PermitMessage, IsSignedOverItsBody) {
   const SigningKey key = SigningKey::Generate();
   permit_body_t body{};
