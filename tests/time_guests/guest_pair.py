@@ -17,6 +17,8 @@ class GuestPair:
 
     def __init__(self, folder, build):
         self.folder, self.build = folder, build
+        if not (build / "time_guests/bin/clock_agent").exists():
+            raise Trouble(f"no time_guests/bin in {build}: build it first, on an x86-64 processor")
         folder.mkdir(parents=True)
         self.vmlinux, modules = kernel.prepare(build / "vm")
         self.initramfs = folder / "initramfs"

@@ -65,8 +65,8 @@ struct PhaseFigures {
 inline constexpr MonoNs kWithdrawal = 2 * kSecond;
 
 struct JudgeOptions {
-  double shift =
-      0;  // half widths by which every claim of a guest that is not the root is moved: the judge must find these
+  // Half widths by which every claim of a guest that is not the root is moved first. The judge must find these.
+  double shift = 0;
   int queries = 4;  // of a consumer after each message
 };
 
