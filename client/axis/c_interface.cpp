@@ -127,10 +127,10 @@ CommandId FromC(const ax_id& id) {
   return made;
 }
 
-void Fill(const axlecast::position_set_axis_t& from, ax_set_axis& to) {
+void Fill(const axlecast::position_set_axis_t& from, std::int64_t tick_ns, ax_set_axis& to) {
   Copy(from.device, to.device);
   to.state = static_cast<ax_set_axis_state>(from.state);
-  to.at_ns = from.at_ns;
+  to.at_ns = tick_ns + from.offset_ns;
   to.half_width_ns = from.half_width_ns;
   to.counts = from.counts;
   to.value = from.value;
@@ -393,7 +393,7 @@ ax_code ax_set_read(const ax_set* set, ax_set_reading* reading) {
     reading->since_arrival_ns = ax_now_ns() - newest->received_ns;
     reading->lost = newest->lost;
     reading->n_axes = static_cast<std::int32_t>(newest->set.axes.size());
-    for (std::size_t i = 0; i < newest->set.axes.size(); ++i) Fill(newest->set.axes[i], reading->axes[i]);
+    for (std::size_t i = 0; i < newest->set.axes.size(); ++i) Fill(newest->set.axes[i], newest->set.tick_ns, reading->axes[i]);
     return AX_OK;
   });
 }

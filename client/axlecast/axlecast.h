@@ -228,7 +228,7 @@ ax_code ax_axis_query(ax_axis* axis, const ax_id* id, int64_t timeout_ms, ax_res
 
 /* -- sets of positions ------------------------------------------------------------------------------------------------------ */
 
-enum { AX_SET_AXES = 32 };
+enum { AX_SET_AXES = 16 };
 
 typedef enum ax_set_state {
   AX_SET_ALIGNED = 0,     /* every axis is good, and all were sampled within limit_ns */
@@ -247,7 +247,7 @@ typedef struct ax_set_axis {
   char device[32];
   ax_set_axis_state state;
   int64_t at_ns;         /* ns of the base, middle of the interval that holds the sampling instant */
-  int64_t half_width_ns; /* -1: not known */
+  int64_t half_width_ns; /* -1: not known, and at_ns means nothing */
   int64_t counts;
   double value;
   double speed_rad_s;
