@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 
+import axes_bench
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
 import record_bench
@@ -21,7 +22,7 @@ import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
 TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "permits", "decode", "stream", "poll", "guest", "replay", "seek",
-           "record", "ticks")
+           "record", "ticks", "axes")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -342,6 +343,9 @@ buses:
     def record(self):
         record_bench.measure(self)
 
+    def axes(self):
+        axes_bench.measure(self)
+
     def guest(self):
         """In QEMU, which has CAN and SPI; only figures of the same run can be compared."""
         source = pathlib.Path(__file__).resolve().parents[1]
@@ -417,6 +421,8 @@ def main():
     parser.add_argument("--pairs", type=int, help="interleaved pairs for each ratio (20)")
     parser.add_argument("--quick", action="store_true", help="3 pairs of 1 s")
     parser.add_argument("--json", metavar="FILE", help="the figures, every pair's ratio included")
+    parser.add_argument("--axes", type=lambda text: [int(word) for word in text.split(",")],
+                        help="for axes: their numbers (" + ",".join(map(str, axes_bench.AXES)) + ")")
     parser.add_argument("--only", help="comma-separated: " + ", ".join(TARGETS))
     options = parser.parse_args()
     options.pairs = options.pairs or (3 if options.quick else 20)

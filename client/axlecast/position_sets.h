@@ -118,7 +118,7 @@ inline PositionSetBuilder::PositionSetBuilder(Options options) : options_(std::m
   for (std::size_t i = 0; i < options_.axes.size(); ++i) message_.axes[i].device = options_.axes[i].device;
 }
 
-// Returns the open set of the tick, a new one where there is none; null if it was closed.
+// Returns the open set of the tick, a new one if it has none; null if it was closed.
 inline PositionSetBuilder::Open* PositionSetBuilder::Find(std::int64_t tick, std::int64_t now_ns) {
   std::size_t place = size_;
   while (place > 0 && open_[place - 1].tick >= tick) --place;

@@ -18,7 +18,7 @@ struct BaseClaim {
 class BaseClaims {
  public:
   virtual ~BaseClaims() = default;
-  // Returns the claim for `mono`, an instant near the present; nothing while there is none.
+  // Returns the claim for `mono`, an instant near the present; nothing while this host has none.
   [[nodiscard]] virtual std::optional<BaseClaim> At(MonoNs mono) const = 0;
 };
 

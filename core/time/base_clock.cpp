@@ -11,7 +11,7 @@ namespace axlecast {
 namespace {
 
 constexpr std::int64_t kLatest = INT64_MAX / 16;          // 18 years: sums of such instants do not overflow
-constexpr std::int64_t kMaxHalfWidth = 86'400 * kSecond;  // a wider claim is none
+constexpr std::int64_t kMaxHalfWidth = 86'400 * kSecond;  // a wider claim is not used
 constexpr std::int64_t kMaxGrowth = 1'000'000'000;        // ppb
 constexpr std::int64_t kMaxValid = 60 * kSecond;          // of a claim
 

@@ -31,7 +31,7 @@ class Ticks(Machine):
                           env={"AXLECAST_RUN_DIR": str(self.folder / f"run-{host}")})
 
     def shaft(self, axis, host=""):
-        """A function that returns the instant, on the clock of the host, at which the shaft of the axis stands at some counts."""
+        """A function that returns the instant, on the clock of the host, at which the shaft of the axis is at some counts."""
         self.run_dir = self.folder / f"run-{host}"
         state = self.ask_simulator(f"bus-{axis}", {"show": True})
         turns_per_ns = RPM / 60e9

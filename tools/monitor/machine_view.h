@@ -200,7 +200,7 @@ class MachineView {
   [[nodiscard]] bool AllOnline(MonoNs now) const;  // every device ONLINE, every bus UP
   [[nodiscard]] bool AllReceived() const;          // every device, and BUS of every bus
   [[nodiscard]] bool NothingReceived() const;      // no device and no bus
-  // Both return null if there is none. Their cost does not grow with the number of devices.
+  // Both return null for an unknown name. Their cost does not grow with the number of devices.
   [[nodiscard]] const DeviceView* FindDevice(std::string_view name) const;
   [[nodiscard]] const BusView* FindBus(std::string_view name) const;
   // Increases when a device or bus is added, and when more becomes known of one that the machine file does not list.
