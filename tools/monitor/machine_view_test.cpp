@@ -168,6 +168,41 @@ TEST(MachineView, IgnoresWhatIsNotItsOwn) {
   EXPECT_TRUE(view.NothingReceived());
 }
 
+TEST(MachineView, FindsPartsByNameAlsoInACopy) {
+  MachineView first(Axes(300), Unlisted::kShown);
+  first.OnMessage("DEVICE/guest", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  const MachineView view = first;
+  for (const DeviceView& device : view.devices()) EXPECT_EQ(view.FindDevice(device.name), &device);
+  for (const BusView& bus : view.buses()) EXPECT_EQ(view.FindBus(bus.name), &bus);
+  EXPECT_EQ(view.devices().size(), 301U);
+  EXPECT_EQ(view.FindDevice("axis300"), nullptr);
+  EXPECT_EQ(view.FindBus("line300"), nullptr);
+}
+
+TEST(MachineView, TheLayoutChangesOnlyWithTheParts) {
+  MachineView view(Axes(2), Unlisted::kShown);
+  const std::uint64_t listed = view.layout();
+  view.OnMessage("DEVICE/axis0", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  view.OnMessage("BUS/line0", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
+  view.OnMessage("POSITION/axis0", Encoded(PositionMessage(0)), kNow);
+  EXPECT_EQ(view.layout(), listed) << "the machine file lists them";
+  view.OnMessage("DEVICE/guest", Encoded(DeviceMessage(device_info_t::STATE_ONLINE)), kNow);
+  const std::uint64_t with_guest = view.layout();
+  EXPECT_GT(with_guest, listed);
+  view.OnMessage("DEVICE/guest", Encoded(DeviceMessage(device_info_t::STATE_DEGRADED)), kNow);
+  EXPECT_EQ(view.layout(), with_guest);
+  view.OnMessage("MOTOR/guest", Encoded(motor_health_t{}), kNow);
+  const std::uint64_t with_motor = view.layout();
+  EXPECT_GT(with_motor, with_guest) << "it turns out to be a motor";
+  view.OnMessage("MOTOR/guest", Encoded(motor_health_t{}), kNow);
+  EXPECT_EQ(view.layout(), with_motor);
+  view.OnMessage("BUS_TIMES/line9", Encoded(exchange_times_t{}), kNow);
+  const std::uint64_t with_bus = view.layout();
+  EXPECT_GT(with_bus, with_motor);
+  view.OnMessage("BUS/line9", Encoded(BusMessage(bus_health_t::STATE_UP)), kNow);
+  EXPECT_GT(view.layout(), with_bus) << "its family becomes known";
+}
+
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
