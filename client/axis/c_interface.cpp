@@ -393,7 +393,8 @@ ax_code ax_set_read(const ax_set* set, ax_set_reading* reading) {
     reading->since_arrival_ns = ax_now_ns() - newest->received_ns;
     reading->lost = newest->lost;
     reading->n_axes = static_cast<std::int32_t>(newest->set.axes.size());
-    for (std::size_t i = 0; i < newest->set.axes.size(); ++i) Fill(newest->set.axes[i], newest->set.tick_ns, reading->axes[i]);
+    for (std::size_t i = 0; i < newest->set.axes.size(); ++i)
+      Fill(newest->set.axes[i], newest->set.tick_ns, reading->axes[i]);
     return AX_OK;
   });
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <iterator>
+#include <map>
 #include <numbers>
 
 #include "core/config/hosts.h"
@@ -58,12 +59,18 @@ Json HelloDevice(const DeviceView& device, const MachineConfig& machine) {
           {"columns", ColumnsJson(ColumnsOf(device, unit))}};
 }
 
-Json HelloBus(const BusView& bus, const Monitor& monitor, const MachineConfig& machine) {
+using DevicesOfBuses = std::map<std::string_view, std::vector<std::string_view>>;
+
+DevicesOfBuses GroupByBus(const MachineView& machine) {
+  DevicesOfBuses devices;
+  for (const DeviceView& device : machine.devices()) devices[device.bus].push_back(device.name);
+  return devices;
+}
+
+Json HelloBus(const BusView& bus, const DevicesOfBuses& devices_of, const MachineConfig& machine) {
   const BusConfig* config = machine.FindBus(bus.name);
-  Json devices = Json::array();
-  for (const DeviceView& device : monitor.machine().devices()) {
-    if (device.bus == bus.name) devices.push_back(device.name);
-  }
+  const auto found = devices_of.find(bus.name);
+  Json devices = found != devices_of.end() ? Json(found->second) : Json::array();
   const bool known = config != nullptr && config->family != nullptr;
   const HostConfig* host = HostOfBus(machine.hosts, bus.name);
   return {{"bus", bus.name},
@@ -301,7 +308,8 @@ std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std
     json["log"] = {{"files", log->files}, {"first_utime", log->first_utime}, {"last_utime", log->last_utime}};
   }
   json["buses"] = Json::array();
-  for (const BusView& bus : monitor.machine().buses()) json["buses"].push_back(HelloBus(bus, monitor, machine));
+  const DevicesOfBuses devices_of = GroupByBus(monitor.machine());
+  for (const BusView& bus : monitor.machine().buses()) json["buses"].push_back(HelloBus(bus, devices_of, machine));
   json["devices"] = Json::array();
   for (const DeviceView& device : monitor.machine().devices()) {
     json["devices"].push_back(HelloDevice(device, machine));

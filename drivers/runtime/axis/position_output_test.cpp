@@ -42,7 +42,8 @@ TEST(PublishPace, TheTicksThatAreMultiplesArePublished) {
     if (tick == 20) continue;  // this reading failed
     if (pace.Good(tick * kMillisecond, kGood, 0, tick)) sent.push_back(tick);
   }
-  EXPECT_EQ(sent, (std::vector<std::int64_t>{3, 10, 21, 30, 40, 50})) << "the first reading, and then the multiples of 10";
+  EXPECT_EQ(sent, (std::vector<std::int64_t>{3, 10, 21, 30, 40, 50}))
+      << "the first reading, and then the multiples of 10";
 }
 
 TEST(PublishPace, AnotherBaseOfTheTicksStopsNothing) {

@@ -352,12 +352,9 @@ Json SimulationServer::Show(const Bus& bus) const {
     Json& quantities = devices[device] = Json::object();
     for (const auto& [name, value] : bus.simulator->State(device, now)) quantities[name] = Value(value);
   }
-  return {{"bus", bus.place.bus},
-          {"port", bus.place.interface.empty() ? bus.place.port : bus.place.interface},
-          {"plugged", bus.plugged},
-          {"host", bus.port->HasHost()},
-          {"mono_ns", now},
-          {"devices", devices}};
+  return {{"bus", bus.place.bus},   {"port", bus.place.interface.empty() ? bus.place.port : bus.place.interface},
+          {"plugged", bus.plugged}, {"host", bus.port->HasHost()},
+          {"mono_ns", now},         {"devices", devices}};
 }
 
 }  // namespace axlecast
