@@ -73,6 +73,46 @@ class Network(DoctorMachine):
         self.assert_mended("multicast_interface", self.config)
         self.assert_found("multicast_interface", self.far, "uses lo")
 
+    def test_lcm_interface(self):
+        config = self.machine(rest='lcm: {interface: eth7, url: "udpm://239.255.76.67:7667?ttl=1"}')
+        self.assert_found("lcm_interface", config, "this host has no interface eth7")
+        self.assert_quiet("lcm_interface", self.config)
+        self.veth()
+        wait_for(lambda: not self.found("lcm_interface", config), "a carrier")
+        self.assert_quiet("multicast_route", config)
+        run("ip", "link", "set", "eth8", "down")
+        self.assert_found("lcm_interface", config, "the interface eth7 has no carrier")
+        run("ip", "link", "set", "eth7", "down")
+        finding = self.assert_found("lcm_interface", config, "the interface eth7 is down")
+        self.assertFalse(finding["safe"])
+        run("sh", "-c", finding["mend"][0])
+        run("ip", "link", "set", "eth8", "up")
+        wait_for(lambda: not self.found("lcm_interface", config), "a carrier")
+
+    def test_interface_choice(self):
+        run("ip", "link", "add", "eth5", "type", "veth", "peer", "name", "eth6")
+        self.veth()
+        run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
+        run("ip", "link", "set", "eth8", "netns", str(self.other_network()))  # one interface of this host is up
+        self.assert_quiet("interface_choice", self.far)
+        for name in ("eth5", "eth6"):
+            run("ip", "link", "set", name, "up")
+        wait_for(lambda: self.found("interface_choice", self.far), "a carrier")
+        finding = self.assert_found("interface_choice", self.far, "several interfaces are up (eth5, eth6, eth7)")
+        self.assertEqual(finding["mend"], ["lcm: {interface: eth7}    # in the machine file"])
+        self.assert_quiet("interface_choice", self.config)
+        chosen = self.machine(rest='lcm: {interface: eth7, url: "udpm://239.255.76.67:7667?ttl=1"}', name="chosen.yaml")
+        self.assert_quiet("interface_choice", chosen)
+
+    def other_network(self):
+        """The process id of a network of its own, whose interfaces are up."""
+        holder = subprocess.Popen(("unshare", "--net", "sh", "-c", "echo; exec sleep infinity"), stdout=subprocess.PIPE)
+        self.addCleanup(holder.stdout.close)
+        self.addCleanup(holder.wait)
+        self.addCleanup(holder.kill)
+        holder.stdout.readline()
+        return holder.pid
+
     def test_multicast_silent(self):
         self.assert_quiet("multicast_silent", self.config)
         self.nft("add chain inet plant out { type filter hook output priority 0; }",

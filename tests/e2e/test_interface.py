@@ -171,7 +171,7 @@ class Interface(LinkedHosts, Machine):
         code, found = doctor()
         self.assertEqual(found["findings"][0]["mend"], ["ip link set eth1 up"], found)
         ip("link", "set", "eth1", "up")
-        code, found = doctor()
+        code, found = wait_for(lambda: not doctor()[0] and doctor(), "a carrier")
         self.assertEqual((code, found["findings"]), (0, []), found)
         self.assertEqual(set(found["interfaces"].values()), {"eth1"})
         self.config.write_text(self.config.read_text().replace("interface: eth1, ", ""))

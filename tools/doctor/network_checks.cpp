@@ -158,6 +158,9 @@ Symptoms CheckLcmInterface(const MachineConfig& machine, const HostFacts& host) 
   return ByGroup(GroupsOf(machine, host), wrong, [](const Group& group) -> Symptom {
     const std::string& problem = group.facts->interface_problem;
     const std::string& name = group.facts->route.interface;
+    if (problem.find("no carrier") != std::string::npos) {
+      return {.found = problem, .fixes = {Manual("ip link show " + name + "    # NO-CARRIER until the cable is good")}};
+    }
     if (problem.ends_with(" up`")) return {.found = problem, .fixes = {Run({"ip", "link", "set", name, "up"})}};
     return {.found = problem,
             .fixes = {Manual(
