@@ -74,7 +74,7 @@ class Network(DoctorMachine):
         self.assert_found("multicast_interface", self.far, "uses lo")
 
     def test_lcm_interface(self):
-        config = self.machine(rest='lcm: {interface: eth7, url: "udpm://239.255.76.67:7667?ttl=1"}')
+        config = self.machine(rest='lcm: {interface: eth7, url: "udpm://239.255.76.67:7667?ttl=1"}', name="chosen.yaml")
         self.assert_found("lcm_interface", config, "this host has no interface eth7")
         self.assert_quiet("lcm_interface", self.config)
         self.veth()
@@ -93,7 +93,9 @@ class Network(DoctorMachine):
         run("ip", "link", "add", "eth5", "type", "veth", "peer", "name", "eth6")
         self.veth()
         run("ip", "route", "replace", "224.0.0.0/4", "dev", "eth7")
-        run("ip", "link", "set", "eth8", "netns", str(self.other_network()))  # one interface of this host is up
+        other = str(self.other_network())  # so that only eth7 of this host is up
+        run("ip", "link", "set", "eth8", "netns", other)
+        run("nsenter", "--target", other, "--net", "ip", "link", "set", "eth8", "up")
         self.assert_quiet("interface_choice", self.far)
         for name in ("eth5", "eth6"):
             run("ip", "link", "set", name, "up")
@@ -105,7 +107,7 @@ class Network(DoctorMachine):
         self.assert_quiet("interface_choice", chosen)
 
     def other_network(self):
-        """The process id of a network of its own, whose interfaces are up."""
+        """The process id of a network of its own."""
         holder = subprocess.Popen(("unshare", "--net", "sh", "-c", "echo; exec sleep infinity"), stdout=subprocess.PIPE)
         self.addCleanup(holder.stdout.close)
         self.addCleanup(holder.wait)

@@ -159,7 +159,8 @@ Symptoms CheckLcmInterface(const MachineConfig& machine, const HostFacts& host) 
     const std::string& problem = group.facts->interface_problem;
     const std::string& name = group.facts->route.interface;
     if (problem.find("no carrier") != std::string::npos) {
-      return {.found = problem, .fixes = {Manual("ip link show " + name + "    # NO-CARRIER until the cable is good")}};
+      return {.found = problem,
+              .fixes = {Manual("ip link show " + name + "    # NO-CARRIER until the cable is good")}};
     }
     if (problem.ends_with(" up`")) return {.found = problem, .fixes = {Run({"ip", "link", "set", name, "up"})}};
     return {.found = problem,
