@@ -124,12 +124,12 @@ bool GroupSender::SendDatagram(Bytes head, Bytes part) {
   return false;
 }
 
-std::string GroupSender::Problem() {
+Result<> GroupSender::Check() {
   const std::scoped_lock lock(mutex_);
   static_cast<void>(Follow());  // also if nothing is sent
-  if (watch_ && !watch_->problem().empty()) return watch_->problem();
-  if (send_error_ == 0 || clock_.Now() > failed_ + kErrorStays) return "";
-  return "messages to " + group_text_ + " cannot be sent: " + std::strerror(send_error_);
+  if (watch_ && !watch_->problem().empty()) return Failure(watch_->problem());
+  if (send_error_ == 0 || clock_.Now() > failed_ + kErrorStays) return {};
+  return Failure("messages to " + group_text_ + " cannot be sent: " + std::strerror(send_error_));
 }
 
 }  // namespace axlecast

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "core/base/inline_bytes.h"
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/messages/lcm_url.h"
 #include "platform/net/group_socket.h"
@@ -27,9 +28,9 @@ class GroupSender {
   // room for it.
   [[nodiscard]] bool Send(std::string_view channel, Bytes message);
 
-  // Returns why messages cannot be sent, or do not reach other hosts; empty: they do, as far as the interface and the messages of the
-  // last 2 s show.
-  [[nodiscard]] std::string Problem();
+  // Fails with the reason if messages cannot be sent, or do not reach other hosts, as far as the interface and the messages of the last
+  // 2 s show.
+  [[nodiscard]] Result<> Check();
 
  private:
   // Returns false if the URL names an interface that does not exist.

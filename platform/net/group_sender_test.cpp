@@ -73,17 +73,17 @@ TEST(GroupSender, RefusesWhatHasNoChannelAndWhatIsTooLong) {
   GroupSender sender(*ParseLcmUrl(kUrl));
   EXPECT_FALSE(sender.Send("", kMessage));
   EXPECT_TRUE(sender.Send("A", kMessage));
-  EXPECT_EQ(sender.Problem(), "");
+  EXPECT_EQ(ErrorText(sender.Check()), "");
 }
 
 TEST(GroupSender, WithoutARouteItReportsTheError) {
   Shell("ip route del 224.0.0.0/4 dev lo");
   GroupSender sender(*ParseLcmUrl(kUrl));
   EXPECT_FALSE(sender.Send("A", kMessage));
-  EXPECT_THAT(sender.Problem(), HasSubstr("cannot be sent: Network is unreachable"));
+  EXPECT_THAT(ErrorText(sender.Check()), HasSubstr("cannot be sent: Network is unreachable"));
   Shell("ip route add 224.0.0.0/4 dev lo");
   EXPECT_TRUE(sender.Send("A", kMessage));
-  EXPECT_EQ(sender.Problem(), "");
+  EXPECT_EQ(ErrorText(sender.Check()), "");
 }
 
 TEST(GroupSender, SendsByTheInterfaceOfTheUrlOnly) {
@@ -95,7 +95,7 @@ TEST(GroupSender, SendsByTheInterfaceOfTheUrlOnly) {
   for (const char* text : {"net2", "10.2.0.1", "10.2.0.0/24"}) {
     GroupSender sender(*ParseLcmUrl(WithInterface("udpm://239.255.76.70:17670?ttl=1", text)));
     const std::string channel = std::string("BY/") + text;
-    ASSERT_TRUE(sender.Send(channel, kMessage)) << sender.Problem();
+    ASSERT_TRUE(sender.Send(channel, kMessage)) << ErrorText(sender.Check());
     EXPECT_EQ(second.Count(channel), 1);
     EXPECT_EQ(first.Count(channel), 0);
   }
@@ -109,12 +109,12 @@ TEST(GroupSender, WithoutItsInterfaceItSendsNothingAtAll) {
   LinkCapture other("net1x");
   GroupSender sender(*ParseLcmUrl("udpm://239.255.76.70:17670?ttl=1&interface=net2"));
   EXPECT_FALSE(sender.Send("MISSING", kMessage));
-  EXPECT_THAT(sender.Problem(), HasSubstr("this host has no interface net2"));
+  EXPECT_THAT(ErrorText(sender.Check()), HasSubstr("this host has no interface net2"));
   MakeLink("net2", "10.2.0.1/24");
   const SystemClock clock;
   const MonoNs end = clock.Now() + kLimitMs * kMillisecond;
   while (!sender.Send("MADE", kMessage) && clock.Now() < end) poll(nullptr, 0, 5);
-  EXPECT_EQ(sender.Problem(), "");
+  EXPECT_EQ(ErrorText(sender.Check()), "");
   Shell("ip link del net2");
   EXPECT_FALSE(sender.Send("DELETED", kMessage));
   EXPECT_EQ(other.Count("MISSING") + other.Count("MADE") + other.Count("DELETED"), 0);
@@ -124,7 +124,8 @@ TEST(GroupSender, StatesThatTheInterfaceIsDownOrHasNoCarrier) {
   const Links links;
   MakeLink("net1", "10.1.0.1/24");
   const auto problem = [](const char* ttl) {
-    return GroupSender(*ParseLcmUrl(std::string("udpm://239.255.76.70:17670?interface=net1&ttl=") + ttl)).Problem();
+    return ErrorText(
+        GroupSender(*ParseLcmUrl(std::string("udpm://239.255.76.70:17670?interface=net1&ttl=") + ttl)).Check());
   };
   EXPECT_EQ(problem("1"), "");
   Shell("ip link set net1x down");
@@ -144,8 +145,8 @@ TEST(GroupSender, TheProblemEndsWithoutAnotherMessage) {
   const SystemClock clock;
   const auto wait = [&](bool problem) {
     const MonoNs end = clock.Now() + kLimitMs * kMillisecond;
-    while (sender.Problem().empty() == problem && clock.Now() < end) poll(nullptr, 0, 5);
-    return sender.Problem();
+    while (sender.Check().has_value() == problem && clock.Now() < end) poll(nullptr, 0, 5);
+    return ErrorText(sender.Check());
   };
   EXPECT_THAT(wait(true), HasSubstr("net1"));
   Shell("ip link set net1 up");

@@ -234,7 +234,7 @@ int LcmPort::FileDescriptor() const {
 ReceptionCounts LcmPort::received() const {
   ReceptionCounts counts = state_->receiver ? state_->receiver->counts() : ReceptionCounts();
   counts.machines = state_->machines.Others(state_->clock.Now());
-  if (counts.network.empty() && state_->sender) counts.network = state_->sender->Problem();
+  if (counts.network.empty() && state_->sender) counts.network = ErrorText(state_->sender->Check());
   return counts;
 }
 
