@@ -9,7 +9,7 @@ packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
 # tests/vm and tests/time_guests. Their kernel, the package that linux-image-amd64 depends on, is fetched by tests/vm/run and not
-# installed; nor is chrony, which tests/time_guests fetches.
+# installed; nor is chrony, which tests/chrony/chrony_package.py fetches.
 packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils"
 # What the tests are compiled with.
 packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev libfuse3-dev procps git"
@@ -17,7 +17,7 @@ packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev 
 packages_process="libfaketime x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
-  mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables chrony
+  mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
   $packages_vm"
 # The tests have MCAP's own reader (tests/convert/mcap_reader) and uPlot from npm; Node.js of another origin brings npm along.
 # A build without npm is a build without the curves of axlecast web.

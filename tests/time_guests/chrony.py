@@ -1,9 +1,12 @@
-"""chronyd for the guests: its package is fetched once and unpacked, never installed, because it would take over the clock of this host."""
+"""chronyd in the guests."""
 
-import subprocess
-import tempfile
+import pathlib
+import sys
 
-from guests import ADDRESS, OTHER, ROOT, Trouble, kernel, wait_for
+from guests import ADDRESS, OTHER, ROOT, wait_for
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "chrony"))
+import chrony_package  # noqa: E402  tests/chrony
 
 SETTINGS = {
     ROOT: "local stratum 1\nallow 10.0.0.0/24\n",
@@ -15,23 +18,9 @@ STEP = ("import ctypes, struct; t = ctypes.create_string_buffer(208); struct.pac
         "struct.pack_into('<2q', t, 72, 0, 5000000); exit(ctypes.CDLL(None).clock_adjtime(0, t) < 0)")
 
 
-def prepare(cache):
-    """The folder of the unpacked package."""
-    folder = cache / "chrony"
-    if not (folder / "usr/sbin/chronyd").exists():
-        with tempfile.TemporaryDirectory(dir=cache) as place:
-            kernel.run("apt-get", "download", "chrony", cwd=place)
-            kernel.run("dpkg", "-x", next(iter(kernel.pathlib.Path(place).glob("chrony_*.deb"))), folder)
-    libraries = kernel.run("ldd", folder / "usr/sbin/chronyd")
-    missing = [line.split()[0] for line in libraries.splitlines() if "not found" in line]
-    if missing:
-        raise Trouble(f"chronyd needs {' '.join(missing)}: install these libraries")
-    return folder
-
-
 def start(run):
     """chronyd in both guests; in b also a record of its claims, twice a second."""
-    programs = prepare(run.build / "vm")
+    programs = chrony_package.prepare(run.build / "vm")
     for guest in (run.a, run.b):
         (guest.folder / "chrony.conf").write_text(SETTINGS[guest.name] + "pidfile /run/tmp/chronyd.pid\n")
         guest(f"{programs}/usr/sbin/chronyd -u root -f /run/vm/chrony.conf")

@@ -9,6 +9,7 @@ import unittest
 from machine import BIN, Machine, one_axis, wait_for
 from two_hosts import LinkedHosts, ip
 
+PROGRAMS = BIN.parent / "vm/chrony/usr"  # chrony_package.py
 CHRONY, PTP = 3, 4
 CLAIMED, ASSUMED = 2, 1
 SERVER = "10.1.0.2"
@@ -22,7 +23,7 @@ class Utc(LinkedHosts, Machine):
     def chronyd(self, name, text, *before):
         config = self.folder / f"{name}.conf"
         config.write_text(f"{text}\npidfile {self.folder / name}.pid\nbindcmdaddress {'/' if before else '127.0.0.1'}\n")
-        return self.start(name, *before, "chronyd", "-x", "-u", "root", "-d", "-f", config)
+        return self.start(name, *before, PROGRAMS / "sbin/chronyd", "-x", "-u", "root", "-d", "-f", config)
 
     def run_chrony(self):
         """Starts a server on the other host, and a client on this one."""
@@ -49,7 +50,7 @@ class Utc(LinkedHosts, Machine):
             message = self.wait_quality(lambda m: m["utc_half_width_ns"] >= 0, "a claim")
             utc = time.clock_gettime_ns(time.CLOCK_REALTIME) - time.clock_gettime_ns(time.CLOCK_MONOTONIC) + message["mono_ns"]
             self.assertLessEqual(abs(message["utc_ns"] - utc), message["utc_half_width_ns"] + 50_000, message)
-        tracking = subprocess.run(("chronyc", "-n", "-c", "tracking"), capture_output=True, text=True, check=True).stdout.split(",")
+        tracking = subprocess.run((PROGRAMS / "bin/chronyc", "-n", "-c", "tracking"), capture_output=True, text=True, check=True).stdout.split(",")
         delay, dispersion = float(tracking[10]) * 1e9, float(tracking[11]) * 1e9
         message = self.wait_quality(lambda m: m["utc_half_width_ns"] >= 0, "a claim")
         self.assertGreaterEqual(message["utc_half_width_ns"], delay / 2)
