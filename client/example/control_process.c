@@ -67,7 +67,7 @@ static int follow(const ax_axis* axis, int cycles) {
 
 /* Sends the command and allows it in each cycle, until it has ended. */
 static int zero(ax_axis* axis) {
-  static const char* const operations[] = {"zero_single_turn"};
+  const char* const operations[] = {"zero_single_turn"};
   ax_command command;
   ax_error error;
   ax_id id;

@@ -101,6 +101,7 @@ std::vector<NetworkInterface> Interfaces() {
   const Addresses addresses = ReadAddresses();
   for (const ifaddrs* each = addresses.get(); each != nullptr; each = each->ifa_next) names.emplace(each->ifa_name);
   std::vector<NetworkInterface> found;
+  found.reserve(names.size());
   for (const std::string& name : names) found.push_back(Look(name));
   std::erase_if(found, [](const NetworkInterface& each) { return each.index == 0; });
   return found;

@@ -66,7 +66,7 @@ TEST_P(RedecodeConformance, AWholeRecordingGivesTheSameReadings) {
   Record(42, 30 * kSecond);
   Record(43, 20 * kSecond);
   MemorySink again;
-  BusRedecoder redecoder(captured_, again);
+  BusRedecoder redecoder(captured_, false, again);
   for (const wire_t& message : Wire()) redecoder.On(message);
   redecoder.Finish();
   EXPECT_TRUE(redecoder.gaps().empty());
@@ -91,7 +91,7 @@ TEST_P(RedecodeConformance, WhatNoDriverCanHaveSentIsUnreadable) {
   Record(42, kSecond);
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
   MemorySink again;
-  BusRedecoder redecoder(captured_, again);
+  BusRedecoder redecoder(captured_, false, again);
   std::int64_t sent = 0;
   for (const std::int64_t number : {kMax, -kMax, std::int64_t{-1}}) {
     for (std::int64_t wire_t::*field : {&wire_t::seq, &wire_t::dropped, &wire_t::mono_ns, &wire_t::utime}) {
@@ -110,7 +110,7 @@ TEST_P(RedecodeConformance, AGapIsNotedAndNothingWrongIsMadeOfIt) {
   ASSERT_GT(wire.size(), 20U);
   const std::size_t from = wire.size() / 2;
   MemorySink again;
-  BusRedecoder redecoder(captured_, again);
+  BusRedecoder redecoder(captured_, false, again);
   for (std::size_t i = 0; i < wire.size(); ++i) {
     if (i < from || i >= from + 5) redecoder.On(wire[i]);
   }

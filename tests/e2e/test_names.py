@@ -46,7 +46,7 @@ class Names(Machine):
 
         log = self.folder / "a.lcm"
         recorder = self.start("record", BIN / "axlecast", "record", log, "--config", config)
-        wait_for(lambda: log.exists() and log.stat().st_size > 10_000, "some messages in the log")
+        wait_for(lambda: log.exists() and log.stat().st_size > 100_000, "some messages in the log")
         recorder.terminate()
         self.assertEqual(recorder.wait(LIMIT), 0, self.log("record"))
         code, out, err = self.axlecast("log", "cat", log, "--channel", "^POSITION/axis1$")

@@ -10,7 +10,8 @@ namespace {
 // `number` may be any value: it comes from the network.
 template <std::size_t Size>
 void CountOne(std::array<std::size_t, Size>& counts, std::int8_t number) {
-  if (number >= 0 && static_cast<std::size_t>(number) < Size) ++counts[static_cast<std::size_t>(number)];
+  const auto index = static_cast<std::uint8_t>(number);  // above 127 for a negative one
+  if (index < Size) ++counts[index];
 }
 
 void CountState(MachineCounts::States& counts, std::optional<std::int8_t> state) {

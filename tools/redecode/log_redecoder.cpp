@@ -5,6 +5,7 @@
 #include <axlecast/position_t.hpp>
 
 #include "core/base/text.h"
+#include "core/config/ticks.h"
 #include "core/messages/json/message_json.h"
 
 namespace axlecast {
@@ -16,6 +17,7 @@ std::optional<std::pair<MonoNs, std::vector<std::uint8_t>>> Comparable(Bytes byt
   std::optional<Message> message = DecodeMessage<Message>(bytes);
   if (!message) return std::nullopt;
   message->seq = 0;
+  if constexpr (std::is_same_v<Message, position_t>) message->tick = 0;
   message->flags &= ~Message::FLAG_REDECODED;
   return std::pair(message->mono_ns, Encoded(*message));
 }
@@ -41,6 +43,7 @@ Event LinkEvent(Event::Kind kind, MonoNs now) {
 
 constexpr std::string_view kWire = "WIRE/";
 constexpr std::string_view kDevice = "DEVICE/";
+constexpr std::string_view kTime = "TIME/";
 
 bool IsReading(std::string_view channel) {
   return channel.starts_with("POSITION/") || channel.starts_with("MOTOR/");
@@ -180,6 +183,7 @@ void BusRedecoder::Start(const wire_t& message) {
   now_ = message.mono_ns;
   next_tick_ = now_;
   time_ = Timebase();
+  base_.emplace(message.clock_id);
   units_.clear();
   for (const DeviceConfig& device : bus_.devices) {
     Unit unit;
@@ -215,9 +219,29 @@ void BusRedecoder::Interrupt(const wire_t& message, std::int64_t messages, std::
   }
 }
 
+// Returns the tick of the slot in which a request was sent at `sent`; -1 if it is not known.
+std::int64_t BusRedecoder::TickOf(MonoNs sent) const {
+  const Ticks ticks = TicksOf(bus_);
+  if (ticks.period <= 0) return -1;
+  if (!has_time_base_) return (sent + ticks.lead - ticks.phase) / ticks.period;
+  // Slots that follow the base may begin a quarter of the period before its tick.
+  const MonoNs early = ticks.period / 4;
+  const auto claim = base_->At(sent);
+  if (!claim || claim->half_width_ns > early) return -1;
+  return (claim->base_ns + ticks.lead - ticks.phase + early) / ticks.period;
+}
+
 void BusRedecoder::Deliver(const Event& event) {
   ++events_;
   TickUntil(event.received.last);
+  const bool request = event.kind == Event::Kind::kReply || event.kind == Event::Kind::kTimeout;
+  if (request || event.kind == Event::Kind::kSent) {
+    const std::int64_t tick = TickOf(request ? event.sent.first : event.received.first);
+    for (std::size_t i = 0; i < units_.size(); ++i) {
+      const bool own = event.device < 0 || static_cast<std::size_t>(event.device) == i;
+      if (own && IsReadOnTicks(bus_, bus_.devices[i])) units_[i].channel->OnTick(tick);
+    }
+  }
   const bool link = event.kind == Event::Kind::kLinkUp || event.kind == Event::Kind::kLinkDown;
   for (std::size_t i = 0; i < units_.size(); ++i) {
     if (link) units_[i].channel->OnLink(event.kind == Event::Kind::kLinkUp, "the line was lost", now_);
@@ -245,6 +269,8 @@ void LogRedecoder::On(const LogEvent& event) {
   utime_ = event.utime;
   if (channel.starts_with(kWire)) {
     OnWire(channel.substr(kWire.size()), event.data);
+  } else if (channel.starts_with(kTime)) {
+    for (const auto& [name, bus] : buses_) bus->OnTime(event.data);
   } else if (channel.starts_with(kDevice)) {
     if (const auto info = DecodeMessage<device_info_t>(event.data)) {
       for (const auto& [name, bus] : buses_) bus->OnDeviceInfo(*info);
@@ -263,7 +289,9 @@ void LogRedecoder::OnWire(std::string_view bus, Bytes data) {
     return;
   }
   std::unique_ptr<BusRedecoder>& redecoder = buses_[config->name];
-  if (redecoder == nullptr) redecoder = std::make_unique<BusRedecoder>(*config, static_cast<MessageSink&>(*this));
+  if (redecoder == nullptr)
+    redecoder =
+        std::make_unique<BusRedecoder>(*config, !machine_.time.root.empty(), static_cast<MessageSink&>(*this));
   redecoder->On(*message);
 }
 

@@ -21,6 +21,7 @@
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 #include "core/messages/message.h"
+#include "core/time/base_clock.h"
 #include "drivers/runtime/axis/device_publisher.h"
 #include "drivers/runtime/bus/wire_log.h"
 #include "tools/log/log_event.h"
@@ -28,7 +29,8 @@
 namespace axlecast {
 
 // Compares recorded readings (position_t, motor_health_t) with the same readings decoded again. They are matched by channel and
-// sampling time. All fields are compared, except FLAG_REDECODED and `seq`: a recording may begin in the middle. The readings of
+// sampling time. All fields are compared, except FLAG_REDECODED, `seq`, because a recording may begin in the middle, and `tick`, which is
+// calculated from the instant of the request. The readings of
 // each side must come in the order of their times.
 class RecordingDiff {
  public:
@@ -81,12 +83,17 @@ class RecordingDiff {
 // commands to the driver: a datum that was set is taken from DEVICE/<device>.
 class BusRedecoder {
  public:
-  // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver.
-  BusRedecoder(const BusConfig& bus, MessageSink& sink) : bus_(bus), sink_(sink) {}
+  // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver. `has_time_base`: of the machine.
+  BusRedecoder(const BusConfig& bus, bool has_time_base, MessageSink& sink)
+      : bus_(bus), has_time_base_(has_time_base), sink_(sink) {}
 
   void On(const wire_t& message);
   // Applies the datum of a device, from this message on. Ignores devices of other buses.
   void OnDeviceInfo(const device_info_t& info);
+  // Receives TIME of any host: the ticks of the bus are those of the time base, by the claims of its own host.
+  void OnTime(Bytes message) {
+    if (base_) base_->OnTime(message);
+  }
   // Publishes what waits for a time after the end of the recording.
   void Finish();
 
@@ -119,11 +126,14 @@ class BusRedecoder {
   void Start(const wire_t& message);
   void CheckNumbers(const wire_t& message);
   void Interrupt(const wire_t& message, std::int64_t messages, std::int64_t records);
+  [[nodiscard]] std::int64_t TickOf(MonoNs sent) const;
   void Deliver(const Event& event);
   void TickUntil(MonoNs now);
 
   const BusConfig& bus_;
+  const bool has_time_base_;
   MessageSink& sink_;
+  std::optional<BaseClock> base_;  // of the present boot id
   NoSecrets secrets_;
   Timebase time_;
   WireReader reader_;

@@ -36,7 +36,7 @@ TEST(MessageJson, IsFlatAndKeepsNamesAndOrder) {
   EXPECT_EQ(JsonLine(ToJson(Position())),
             "{\"utime\":1700000000000001,\"mono_ns\":5,\"boot_id\":\"00c0ffee12345678\",\"seq\":7,"
             "\"machine_id\":\"0000000000000000\",\"clock_id\":\"0000000000000000\","
-            "\"time_uncertainty_ns\":0,\"missed\":0,\"raw_counts\":42405,\"raw_turns\":34952,"
+            "\"tick\":0,\"time_uncertainty_ns\":0,\"missed\":0,\"raw_counts\":42405,\"raw_turns\":34952,"
             "\"counts_per_turn\":131072,\"counts\":-1,\"angle_rad\":0.5,\"value\":-2.25,\"unit\":4,"
             "\"unit_name\":\"mm\",\"speed_rad_s\":null,\"device_status\":0,\"datum_epoch\":0,\"flags\":1,"
             "\"flag_names\":[\"valid\"],\"spare\":[0,0]}");

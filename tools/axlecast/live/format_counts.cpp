@@ -33,7 +33,7 @@ std::string Row(std::string_view title, std::size_t total, const std::string& pa
 
 std::string StatesRow(std::string_view title, const MachineCounts::States& states, NameOfState name) {
   std::string parts;
-  for (const std::int8_t state : kOrder) AddPart(parts, states.of[static_cast<std::size_t>(state)], name(state));
+  for (const std::int8_t state : kOrder) AddPart(parts, states.of[static_cast<std::uint8_t>(state)], name(state));
   AddPart(parts, states.silent, "SILENT");
   return Row(title, states.total, parts);
 }
@@ -62,7 +62,7 @@ std::string LowerCase(std::string_view name) {
 
 Json StatesJson(const MachineCounts::States& states, NameOfState name) {
   Json json = {{"total", states.total}};
-  for (const std::int8_t state : kOrder) json[LowerCase(name(state))] = states.of[static_cast<std::size_t>(state)];
+  for (const std::int8_t state : kOrder) json[LowerCase(name(state))] = states.of[static_cast<std::uint8_t>(state)];
   json["silent"] = states.silent;
   return json;
 }

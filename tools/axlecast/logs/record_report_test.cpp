@@ -28,7 +28,7 @@ TEST(RecordReport, LossesAreToldByTheirCause) {
   status.receiver.lost = 5;
   status.receiver.overflow = 2;
   status.receiver.kernel_dropped = 9;
-  status.receiver.senders = {{{0x7f000001, 40'001}, 100, 7, 0}};
+  status.receiver.senders = {{SenderAddress::OfIPv4(0x7f000001, 40'001), 100, 7, 0}};
   status.channels = {{"POSITION/axis1", 90, 5}};
   EXPECT_EQ(RecordExitCode(status), kExitLosses);
   const std::string text = RecordSummary(status);
