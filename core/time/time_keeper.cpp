@@ -30,16 +30,25 @@ void TimeKeeper::CheckSlew(const HostClocks& clocks) {
   if (boot - mono > kSuspension + widths) {
     BreakEpoch("the host was suspended");
   } else if (std::abs(mono - raw) > Widening(std::max<MonoNs>(raw, 0), limits_.max_slew_ppb) + widths) {
-    BreakEpoch("CLOCK_MONOTONIC is slewed by more than time: max_slew_ppm");
+    BreakLimit("CLOCK_MONOTONIC is slewed by more than time: max_slew_ppm");
   }
 }
 
-void TimeKeeper::BreakEpoch(const std::string& reason) {
+void TimeKeeper::BreakLimit(const std::string& reason) {
+  const MonoNs now = clocks_ ? clocks_->raw_after : 0;
+  const bool before = limit_exceeded_ && now - *limit_exceeded_ < kForgotten;
+  if (!before) limit_doubt_ = kDoubt;
+  if (before && now >= doubt_until_) limit_doubt_ = std::min(2 * limit_doubt_, kLongestDoubt);
+  limit_exceeded_ = now;
+  BreakEpoch(reason, limit_doubt_);
+}
+
+void TimeKeeper::BreakEpoch(const std::string& reason, MonoNs doubt) {
   ++epoch_;
   doubt_ = reason;
   bound_.Clear();
   exchanged_.reset();
-  if (clocks_) doubt_until_ = clocks_->raw_after + kDoubt;
+  if (clocks_) doubt_until_ = clocks_->raw_after + doubt;
 }
 
 bool TimeKeeper::OnExchange(const TimeExchange& exchange, std::int64_t base_id) {
@@ -47,7 +56,7 @@ bool TimeKeeper::OnExchange(const TimeExchange& exchange, std::int64_t base_id) 
   if (base_id_ != 0 && base_id != base_id_) BreakEpoch("the root was replaced or started again");
   base_id_ = base_id;
   if (!bound_.Add(exchange)) {
-    BreakEpoch(
+    BreakLimit(
         "an exchange contradicts the one before: a clock was stepped or paused, or its rate is beyond time: "
         "max_rate_ppm");
     static_cast<void>(bound_.Add(exchange));

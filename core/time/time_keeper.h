@@ -31,9 +31,13 @@ class TimeKeeper {
     std::int64_t max_slew_ppb = 1'000'000;
   };
 
-  static constexpr MonoNs kHoldover = kSecond;            // the state is HOLDOVER without an exchange for this time
-  static constexpr MonoNs kLost = 1'500 * kMillisecond;   // and there is no claim after this time
-  static constexpr MonoNs kDoubt = 2 * kSecond;           // time without a claim after a contradiction
+  static constexpr MonoNs kHoldover = kSecond;           // the state is HOLDOVER without an exchange for this time
+  static constexpr MonoNs kLost = 1'500 * kMillisecond;  // and there is no claim after this time
+  static constexpr MonoNs kDoubt = 2 * kSecond;          // time without a claim after a new epoch
+  // A limit that is exceeded is often noticed only after some seconds, and again after each claim. The time without a claim therefore
+  // doubles up to kLongestDoubt if the limit was exceeded within kForgotten before.
+  static constexpr MonoNs kLongestDoubt = 64 * kSecond;
+  static constexpr MonoNs kForgotten = 300 * kSecond;
   static constexpr MonoNs kValid = 1'000 * kMillisecond;  // distance from mono_ns for which a claim holds
 
   // On the root, `own_base_id` is the id of its clock, not 0; elsewhere it is 0.
@@ -52,7 +56,9 @@ class TimeKeeper {
  private:
   [[nodiscard]] bool IsRoot() const { return own_base_id_ != 0; }
   void CheckSlew(const HostClocks& clocks);
-  void BreakEpoch(const std::string& reason);
+  void BreakEpoch(const std::string& reason, MonoNs doubt = kDoubt);
+  // Ends the epoch because a limit was seen to be exceeded.
+  void BreakLimit(const std::string& reason);
   [[nodiscard]] std::int8_t State() const;
   [[nodiscard]] std::optional<OffsetBound::Range> Offset() const;
   [[nodiscard]] std::string Reason() const;
@@ -67,6 +73,8 @@ class TimeKeeper {
   std::optional<MonoNs> exchanged_;  // CLOCK_MONOTONIC_RAW of the newest exchange of this epoch
   MonoNs doubt_until_ = 0;           // CLOCK_MONOTONIC_RAW
   std::string doubt_;
+  MonoNs limit_doubt_ = 0;                // after the last exceeded limit; 0: none was
+  std::optional<MonoNs> limit_exceeded_;  // CLOCK_MONOTONIC_RAW of it
   std::int64_t exchanges_ = 0;
   // Shortest trips of this minute and of the one before.
   MonoNs minute_began_ = 0;

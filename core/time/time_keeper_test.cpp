@@ -124,6 +124,23 @@ TEST(TimeKeeper, AStepOfABaseBeginsAnEpochWithoutAClaim) {
   EXPECT_EQ(host.Quality().epoch, 1);
 }
 
+TEST(TimeKeeper, ALimitThatIsExceededAgainIsDoubtedForLonger) {
+  constexpr MonoNs kCycle = 100 * kMillisecond;
+  Host host;
+  host.Pass(kSecond);
+  for (const MonoNs doubt : {2 * kSecond, 4 * kSecond, 8 * kSecond}) {
+    host.ahead += 3 * kSecond;
+    host.Pass(doubt - kCycle);  // the doubt begins with the reading of the clocks before the exchange
+    EXPECT_EQ(host.Quality().half_width_ns, -1) << doubt;
+    host.Pass(kCycle);
+    EXPECT_THAT(host.Quality(), Holds(host.Truth())) << doubt;
+  }
+  host.Pass(TimeKeeper::kForgotten);
+  host.ahead += 3 * kSecond;
+  host.Pass(kCycle + TimeKeeper::kDoubt);
+  EXPECT_THAT(host.Quality(), Holds(host.Truth())) << "the first time in five minutes";
+}
+
 TEST(TimeKeeper, AnotherRootBeginsAnEpoch) {
   Host host;
   host.Pass(kSecond);
