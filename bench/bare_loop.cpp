@@ -6,9 +6,7 @@
 // Publishes as the driver under test does: POSITION at up to 1 kHz and every reading in POSITION_BLOCK messages
 // of 40. PERIOD_US > 0 polls in absolute slots; 0 as fast as replies come. Prints one JSON object.
 
-#include <fcntl.h>
 #include <sys/resource.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <axlecast/position_block_t.hpp>
@@ -18,22 +16,13 @@
 #include <lcm/lcm-cpp.hpp>
 
 #include "bench/monotonic.h"
+#include "bench/raw_port.h"
 
 namespace {
 
 using axlecast::bench::MonotonicNow;
+using axlecast::bench::OpenRaw;
 using axlecast::bench::SleepUntil;
-
-int OpenRaw(const char* path) {
-  const int port = open(path, O_RDWR | O_NOCTTY | O_CLOEXEC);
-  termios settings{};
-  if (port < 0 || tcgetattr(port, &settings) != 0) return -1;
-  cfmakeraw(&settings);
-  cfsetspeed(&settings, B2500000);  // at another rate the simulator receives noise
-  settings.c_cc[VMIN] = 1;
-  settings.c_cc[VTIME] = 0;
-  return tcsetattr(port, TCSANOW, &settings) == 0 ? port : -1;
-}
 
 bool Exchange(int port, std::uint8_t* reply) {
   const std::uint8_t request = 0x1A;

@@ -6,9 +6,7 @@
 // Prints the distribution over the slots of the hull: from the earliest instant before a write to the latest instant after the first
 // read of a reply.
 
-#include <fcntl.h>
 #include <pthread.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,27 +19,18 @@
 
 #include "bench/distribution.h"
 #include "bench/monotonic.h"
+#include "bench/raw_port.h"
 
 namespace {
 
 using axlecast::bench::MonotonicNow;
+using axlecast::bench::OpenRaw;
 using axlecast::bench::SleepUntil;
 
 struct Latch {
   std::int64_t earliest = 0;
   std::int64_t latest = 0;
 };
-
-int OpenRaw(const char* path) {
-  const int port = open(path, O_RDWR | O_NOCTTY | O_CLOEXEC);
-  termios settings{};
-  if (port < 0 || tcgetattr(port, &settings) != 0) return -1;
-  cfmakeraw(&settings);
-  cfsetspeed(&settings, B2500000);  // at another rate the simulator receives noise
-  settings.c_cc[VMIN] = 1;
-  settings.c_cc[VTIME] = 0;
-  return tcsetattr(port, TCSANOW, &settings) == 0 ? port : -1;
-}
 
 bool Exchange(int port, Latch& latch) {
   const std::uint8_t request = 0x1A;

@@ -60,6 +60,18 @@ struct Axis::State final : Receiver {
     }
   }
 
+  // What every answer for the instant `mono_ns` contains. The connection is locked.
+  [[nodiscard]] AxisPosition Answer(const PositionTracker::Position& position, std::int64_t mono_ns,
+                                    std::int64_t now_ns) const {
+    AxisPosition answer;
+    answer.position = position;
+    answer.freshness = tracker.Check(now_ns);
+    answer.age_ns = tracker.AgeNs(now_ns);
+    answer.newest = tracker.newest();
+    answer.mono_ns = mono_ns;
+    return answer;
+  }
+
   const std::string device;
   const std::string position_channel;
   const std::string device_channel;
@@ -77,12 +89,7 @@ AxisPosition Axis::Latest() const {
   const std::lock_guard lock(connection_->mutex);
   const PositionTracker& tracker = state_->tracker;
   const std::int64_t now = connection_->clock.Now();
-  AxisPosition position;
-  position.position = tracker.Newest(now);
-  position.freshness = tracker.Check(now);
-  position.age_ns = tracker.AgeNs(now);
-  position.newest = tracker.newest();
-  position.mono_ns = tracker.NewestInstantNs();
+  AxisPosition position = state_->Answer(tracker.Newest(now), tracker.NewestInstantNs(), now);
   Explain(position, ReasonText(position.freshness));
   position.base = connection_->time.OnBase(position.newest.clock_id, position.newest.mono_ns, now);
   if (position.base) position.base.half_width_ns += position.newest.time_uncertainty_ns;
@@ -91,14 +98,8 @@ AxisPosition Axis::Latest() const {
 
 AxisPosition Axis::At(std::int64_t mono_ns) const {
   const std::lock_guard lock(connection_->mutex);
-  const PositionTracker& tracker = state_->tracker;
   const std::int64_t now = connection_->clock.Now();
-  AxisPosition position;
-  position.position = tracker.At(mono_ns);
-  position.freshness = tracker.Check(now);
-  position.age_ns = tracker.AgeNs(now);
-  position.newest = tracker.newest();
-  position.mono_ns = mono_ns;
+  AxisPosition position = state_->Answer(state_->tracker.At(mono_ns), mono_ns, now);
   Explain(position, ReasonText(position.position.answer));
   position.base = connection_->time.OnBase(OwnClockId(), mono_ns, now);
   return position;

@@ -136,7 +136,7 @@ typedef struct ax_position {
   double timing_error_counts; /* how far it may be off because the instants of the readings are uncertain */
   double speed_rad_s;         /* of the newest reading; NaN: not known */
   int64_t mono_ns;            /* the instant that the position is for */
-  int64_t age_ns;             /* of the newest valid reading, now; negative: there is none */
+  int64_t age_ns;             /* of the newest valid reading, now; negative: none has arrived */
   ax_instant base;            /* the same instant on the time base, with the uncertainty of the reading */
   int32_t unit;               /* position_t UNIT_*: 0 count, 1 turn, 2 rad, 3 deg, 4 mm, 5 m, 6 um, 7 inch */
   int32_t flags;              /* AX_FLAG_* */

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
 
@@ -12,6 +14,9 @@ struct Ticks {
   MonoNs phase = 0;
   MonoNs lead = 0;  // requests begin this much before the tick, so that the device samples on it
 };
+
+// The number of a reading that was requested on no tick, or on one that is not known.
+inline constexpr std::int64_t kNoTick = -1;
 
 // Returns the ticks of a bus. The lead is that of its first device, and 0 on a simulated line, on which a request takes no time.
 [[nodiscard]] Ticks TicksOf(const BusConfig& bus);

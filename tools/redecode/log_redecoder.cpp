@@ -5,7 +5,6 @@
 #include <axlecast/position_t.hpp>
 
 #include "core/base/text.h"
-#include "core/config/ticks.h"
 #include "core/messages/json/message_json.h"
 
 namespace axlecast {
@@ -219,16 +218,15 @@ void BusRedecoder::Interrupt(const wire_t& message, std::int64_t messages, std::
   }
 }
 
-// Returns the tick of the slot in which a request was sent at `sent`; -1 if it is not known.
+// Returns the tick of the slot in which a request was sent at `sent`; kNoTick if it is not known.
 std::int64_t BusRedecoder::TickOf(MonoNs sent) const {
-  const Ticks ticks = TicksOf(bus_);
-  if (ticks.period <= 0) return -1;
-  if (!has_time_base_) return (sent + ticks.lead - ticks.phase) / ticks.period;
+  if (ticks_.period <= 0) return kNoTick;
+  if (!has_time_base_) return (sent + ticks_.lead - ticks_.phase) / ticks_.period;
   // Slots that follow the base may begin a quarter of the period before its tick.
-  const MonoNs early = ticks.period / 4;
+  const MonoNs early = ticks_.period / 4;
   const auto claim = base_->At(sent);
-  if (!claim || claim->half_width_ns > early) return -1;
-  return (claim->base_ns + ticks.lead - ticks.phase + early) / ticks.period;
+  if (!claim || claim->half_width_ns > early) return kNoTick;
+  return (claim->base_ns + ticks_.lead - ticks_.phase + early) / ticks_.period;
 }
 
 void BusRedecoder::Deliver(const Event& event) {

@@ -20,6 +20,7 @@
 #include "core/base/secret.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
+#include "core/config/ticks.h"
 #include "core/messages/message.h"
 #include "core/time/base_clock.h"
 #include "drivers/runtime/axis/device_publisher.h"
@@ -85,7 +86,7 @@ class BusRedecoder {
  public:
   // Both must outlive this object. Its messages have FLAG_REDECODED and the boot id of the recorded driver. `has_time_base`: of the machine.
   BusRedecoder(const BusConfig& bus, bool has_time_base, MessageSink& sink)
-      : bus_(bus), has_time_base_(has_time_base), sink_(sink) {}
+      : bus_(bus), ticks_(TicksOf(bus)), has_time_base_(has_time_base), sink_(sink) {}
 
   void On(const wire_t& message);
   // Applies the datum of a device, from this message on. Ignores devices of other buses.
@@ -131,6 +132,7 @@ class BusRedecoder {
   void TickUntil(MonoNs now);
 
   const BusConfig& bus_;
+  const Ticks ticks_;
   const bool has_time_base_;
   MessageSink& sink_;
   std::optional<BaseClock> base_;  // of the present boot id

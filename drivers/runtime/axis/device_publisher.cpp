@@ -247,7 +247,7 @@ PositionOutput::PositionOutput(const BusConfig& bus, const DeviceConfig& device,
 }
 
 void PositionOutput::Miss() {
-  tick_ = kOffTick;
+  tick_ = kNoTick;
   ++position_.missed;
   gap_ = any_good_;
   if (block_) block_->Miss();
@@ -255,7 +255,7 @@ void PositionOutput::Miss() {
 
 void PositionOutput::Take(const Sample& sample, const AxisReading& reading) {
   const MonoNs at = sample.at.Middle();
-  position_.tick = std::exchange(tick_, kOffTick);
+  position_.tick = std::exchange(tick_, kNoTick);
   if (sample.has_turns) position_.raw_turns = sample.turns;
   switch (reading.kind) {
     case AxisReading::Kind::kWithheld:

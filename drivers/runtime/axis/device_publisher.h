@@ -16,6 +16,7 @@
 #include "core/alarm/alarm_table.h"
 #include "core/base/time.h"
 #include "core/config/machine_config.h"
+#include "core/config/ticks.h"
 #include "core/device/device.h"
 #include "core/device/reading.h"
 #include "core/messages/message.h"
@@ -82,8 +83,8 @@ class PublishPace {
   // poll_hz 0: as fast as the bus allows. publish_hz 0: only what is published at once. `ticks`: TicksPerMessage of the device.
   PublishPace(double publish_hz, double poll_hz, std::int64_t ticks = 0);
 
-  // `tick`: -1 if the reading is on none.
-  [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch, std::int64_t tick = -1);
+  // `tick`: kNoTick if the reading is on none.
+  [[nodiscard]] bool Good(MonoNs at, std::int32_t flags, std::int32_t epoch, std::int64_t tick = kNoTick);
   [[nodiscard]] bool Doubtful(MonoNs at);
 
   static constexpr std::int32_t kStateFlags = std::int32_t{position_t::FLAG_VALID} | position_t::FLAG_TURNS_VALID |
@@ -165,8 +166,6 @@ class PositionOutput {
   void AddToBlock(const Sample& sample, const AxisReading& reading, std::int32_t flags);
   void SendBlock();
 
-  static constexpr std::int64_t kOffTick = -1;
-
   const Axis& axis_;
   const Timebase& time_;
   MessageSink& sink_;
@@ -176,7 +175,7 @@ class PositionOutput {
   PublishPace pace_;
   position_t position_;
   std::optional<Block> block_;
-  std::int64_t tick_ = kOffTick;  // of the reading that was requested last, until it arrives
+  std::int64_t tick_ = kNoTick;  // of the reading that was requested last, until it arrives
   bool any_good_ = false;
   bool gap_ = false;          // readings were missed since the last good one
   bool gap_to_send_ = false;  // and no message has reported it
@@ -220,7 +219,7 @@ class DevicePublisher final : public DeviceOutput {
 
   // Sets the state of the link. While the link is down, the device is OFFLINE for `reason`.
   void OnLink(bool up, std::string_view reason, MonoNs now);
-  // Sets the number of the tick on which the next reading is requested; -1: it is not known.
+  // Sets the number of the tick on which the next reading is requested; kNoTick: it is not known.
   void OnTick(std::int64_t tick) { output_.OnTick(tick); }
   // Publishes what is due: DEVICE and ALARM on change and at 1 Hz, and a block after 100 ms. Call at least every 100 ms.
   void Tick(MonoNs now);

@@ -9,8 +9,6 @@
 
 namespace axlecast {
 
-inline constexpr std::int64_t kNoTick = -1;
-
 // Absolute poll slots: one for each tick, at the same instants on every bus and host with the same base and the same settings. A missed
 // slot is counted as late and skipped, so that slots never come in bursts. Period 0: always due.
 //

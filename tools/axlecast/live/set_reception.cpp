@@ -68,10 +68,7 @@ MonoNs SetReception::PassClosed() {
   MonoNs next = kNever;
   const MonoNs now = clock_.Now();
   for (std::size_t set = 0; set < builders_.size(); ++set) {
-    while (const position_set_t* closed = builders_[set].Next(now)) {
-      position_set_t message = *closed;
-      take_(sets_[set], message);
-    }
+    while (const position_set_t* closed = builders_[set].Next(now)) take_(sets_[set], *closed);
     next = std::min(next, builders_[set].NextAt());
   }
   return next;

@@ -22,7 +22,7 @@ namespace axlecast {
 // Receives the positions of the axes of some sets, and joins them. Used by one thread.
 class SetReception {
  public:
-  using Take = std::function<void(const SetConfig& set, position_set_t& message)>;
+  using Take = std::function<void(const SetConfig& set, const position_set_t& message)>;
 
   SetReception(const MachineConfig& machine, std::vector<SetConfig> sets, const Clock& clock);
 

@@ -37,7 +37,7 @@ class SetsService {
       : origin_(NewOrigin(machine.machine)), reception_(machine, machine.sets, clock_) {}
 
   [[nodiscard]] Result<> Open() {
-    return reception_.Open([this](const SetConfig& set, position_set_t& message) { Publish(set, message); });
+    return reception_.Open([this](const SetConfig& set, const position_set_t& message) { Publish(set, message); });
   }
 
   // Runs until a signal, or for `seconds` (0: no limit). Fails if LCM fails.
@@ -46,11 +46,15 @@ class SetsService {
     Supervision supervision;
     ReceptionReport losses;
     const MonoNs end = seconds > 0 ? clock_.Now() + static_cast<MonoNs>(std::llround(seconds * 1e9)) : kNever;
+    MonoNs next_status = 0;
     supervision.Ready();
     for (MonoNs now = clock_.Now(); !stop.Requested() && now < end; now = clock_.Now()) {
       if (!reception_.Gather(std::min(end, now + kSlice))) return Failure("the LCM port failed");
       supervision.Progress(now);
-      supervision.Status(StatusLine());
+      if (now >= next_status) {
+        supervision.Status(StatusLine());
+        next_status = now + kSecond;
+      }
       const std::string lost = losses.NextLine(reception_.port().received(), now, reception_.port().warning());
       if (!lost.empty()) std::cerr << lost << '\n';
     }
@@ -59,43 +63,38 @@ class SetsService {
   }
 
   [[nodiscard]] std::string StatusLine() const {
-    return Text("%lld sets, %lld aligned, %lld not aligned, %lld incomplete", static_cast<long long>(counts_.sets),
-                static_cast<long long>(counts_.sets - counts_.wider - counts_.incomplete),
-                static_cast<long long>(counts_.wider), static_cast<long long>(counts_.incomplete));
+    const std::int64_t sets = reception_.totals().sets;
+    return Text("%lld sets, %lld aligned, %lld not aligned, %lld incomplete", static_cast<long long>(sets),
+                static_cast<long long>(sets - wider_ - incomplete_), static_cast<long long>(wider_),
+                static_cast<long long>(incomplete_));
   }
   [[nodiscard]] nlohmann::ordered_json StatusJson() const {
     const PositionSetBuilder::Totals totals = reception_.totals();
-    return {{"sets", counts_.sets},
-            {"not_aligned", counts_.wider},
-            {"incomplete", counts_.incomplete},
+    return {{"sets", totals.sets},
+            {"not_aligned", wider_},
+            {"incomplete", incomplete_},
             {"late", totals.late},
             {"without_tick", totals.no_tick}};
   }
 
  private:
-  struct Counts {
-    std::int64_t sets = 0;
-    std::int64_t wider = 0;
-    std::int64_t incomplete = 0;
-  };
-
-  void Publish(const SetConfig& set, position_set_t& message) {
+  void Publish(const SetConfig& set, position_set_t message) {
     origin_.Set(message);
     message.mono_ns = clock_.Now();
     message.utime = clock_.UtcMicroseconds();
     std::int64_t& seq = seq_[set.name];
     message.seq = seq;
     if (axlecast::Publish(reception_.port(), "POSITION_SET/" + set.name, message)) ++seq;
-    ++counts_.sets;
-    if (message.state == position_set_t::STATE_NOT_ALIGNED) ++counts_.wider;
-    if (message.state == position_set_t::STATE_INCOMPLETE) ++counts_.incomplete;
+    if (message.state == position_set_t::STATE_NOT_ALIGNED) ++wider_;
+    if (message.state == position_set_t::STATE_INCOMPLETE) ++incomplete_;
   }
 
   SystemClock clock_;
   Origin origin_;
   SetReception reception_;
   std::map<std::string, std::int64_t> seq_;  // of the next message, by set
-  Counts counts_;
+  std::int64_t wider_ = 0;
+  std::int64_t incomplete_ = 0;
 };
 
 int RunSets(const MachineConfig& machine, const SetsOptions& options) {
