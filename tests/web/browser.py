@@ -15,6 +15,7 @@ ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # WebDriver, section 12.2
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage", "--hide-scrollbars"]
 LIMIT = float(os.environ.get("AXLECAST_LIMIT", 60))  # s
+LEFT, HOME, END, TAB = "\ue012", "\ue011", "\ue010", "\ue004"  # WebDriver, section 17.4.2: keys
 
 
 class Refused(Exception):

@@ -172,6 +172,13 @@ def alarms(device, entries, appeared):
             "appeared": appeared, "cleared": []}
 
 
+def trip(device, count, power):
+    """One curve of 20 samples, 1 s apart."""
+    return {"type": "trip", "device": device, "utime": now_us(), "log_index": 0, "trip_count": count, "factors": [], "factor_names": [],
+            "not_before_utime": None, "not_after_utime": 1790000000000000 + count, "interval_us": 1000000,
+            "quantities": [{"name": "power_w", "unit": "W"}], "samples": [[power * i for i in range(20)]]}
+
+
 def framed(kind, payload):
     """One unmasked frame, RFC 6455 5.2."""
     if len(payload) < 126:

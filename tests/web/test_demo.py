@@ -3,11 +3,11 @@
 import json
 import unittest
 
+from browser import END, HOME, LEFT, TAB
 from machine import BIN, wait_for
 from page import DEMO, TABLET, PageTest
 
 VALUE = '[data-device="axis1"] .value .number'
-SPACE, LEFT, RIGHT, HOME, END, TAB = "\ue00d", "\ue012", "\ue014", "\ue011", "\ue010", "\ue004"
 
 
 class Live(PageTest):

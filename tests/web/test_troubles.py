@@ -3,8 +3,8 @@
 import os
 import unittest
 
-from browser import Browser
-from fake_server import FakeServer, alarms
+from browser import LEFT, Browser
+from fake_server import FakeServer, alarms, trip
 from machine import wait_for
 from page import SOURCE
 
@@ -66,6 +66,21 @@ class Troubles(unittest.TestCase):
         self.server.say(sample)
         self.browser.wait("return document.querySelector('#head').innerText.includes('1\u202f234 readings left out')", "the count")
         self.browser.wait("return document.querySelector('.left-out').innerText === '1\u202f234 left out'", "and at its strip")
+
+    def test_a_trip_that_is_sent_again_moves_neither_read_out_nor_focus(self):
+        self.browser.run("location.hash = '#trips'")
+        self.server.say(trip("axis1", 2, 1))
+        self.browser.wait("return document.querySelector('.trip-panels')", "the curves")
+        self.browser.run("document.querySelector('.trip-panels').focus()")
+        where = "return document.querySelector('.trip-detail .where').innerText === arguments[0]"
+        for count, (frame, shown) in enumerate([(trip("axis1", 2, 1), "no change"), (trip("axis1", 2, 2), "other values"),
+                                                (trip("axis1", 1, 1), "an older one")], 1):
+            self.browser.press(LEFT)
+            self.server.say(frame)
+            self.browser.wait(where, shown, f"{count}.0 s before the trip")
+        self.browser.wait("return document.querySelector('.older')", "the older trip's curve")
+        self.browser.press(LEFT)
+        self.browser.wait(where, "it has the focus still", "4.0 s before the trip")
 
     def test_a_refusal_is_final(self):
         self.server.hang_up(1008)

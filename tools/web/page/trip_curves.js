@@ -91,23 +91,23 @@ class Panel {
 }
 
 export class TripCurves {
-  // `trip` and `older` are trip frames.
-  constructor(trip, older) {
+  // `trip` and `older` are trip frames; `index` is the sample that is read out at first.
+  constructor(trip, older, index = LAST) {
     this.seconds = trip.interval_us / 1e6;
     this.panels = trip.quantities.flatMap(({ name, unit }, i) => {
       const curves = [trip, ...older].map((each) => each.samples[i]).filter((samples) => samples !== null);
       return trip.samples[i] ? [new Panel(name, unit, curves, this.seconds)] : [];
     });
     this.where = element("p.where", { role: "status" });
-    const grid = element(
+    this.grid = element(
       "div.trip-panels",
       { tabIndex: 0, role: "group", "aria-label": "Curves of the trip. Arrow keys move the read-out." },
       ...this.panels.map((panel) => panel.root),
     );
-    this.root = element("div", {}, this.where, grid);
-    this.#point(LAST);
-    grid.addEventListener("pointermove", (event) => this.#follow(event));
-    grid.addEventListener("keydown", (event) => {
+    this.root = element("div", {}, this.where, this.grid);
+    this.#point(index);
+    this.grid.addEventListener("pointermove", (event) => this.#follow(event));
+    this.grid.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
       if (step) this.#point(this.index + step);
     });

@@ -45,6 +45,7 @@ export class TripView {
   constructor(machine, navigate) {
     this.machine = machine;
     this.chosen = null;
+    this.shown = {}; // the key and the content of what is drawn
     this.list = element("ul.trip-list", { role: "list" });
     this.items = new KeyedList(
       this.list,
@@ -58,8 +59,9 @@ export class TripView {
     );
     this.title = element("h3");
     this.when = element("p");
-    this.curves = element("div");
-    this.detail = element("section.panel.trip-detail", {}, this.title, this.when, this.curves);
+    this.curves = null;
+    this.place = element("div");
+    this.detail = element("section.panel.trip-detail", {}, this.title, this.when, this.place);
     this.root = element(
       "div.trip-view",
       {},
@@ -71,7 +73,6 @@ export class TripView {
 
   open(key) {
     this.chosen = key ?? null;
-    this.shown = undefined;
   }
 
   update() {
@@ -82,14 +83,29 @@ export class TripView {
     const chosen = trips.find((trip) => keyOf(trip) === this.chosen) ?? trips[0];
     this.items.update(trips.map((trip) => ({ trip, isChosen: trip === chosen })));
     setHidden(this.detail, !chosen);
-    if (!chosen || this.shown === chosen) return;
-    this.shown = chosen;
-    setText(this.title, `${chosen.device}: ${causeText(chosen)}`);
+    if (chosen) this.#show(chosen, trips);
+  }
+
+  #show(chosen, trips) {
     const older = trips
       .filter((trip) => trip.device === chosen.device && trip.trip_count < chosen.trip_count)
       .slice(0, 2);
+    const key = keyOf(chosen);
+    const content = JSON.stringify([chosen, older]);
+    if (this.shown.content === content) return;
+    const isSame = this.shown.key === key;
+    this.shown = { key, content };
+    setText(this.title, `${chosen.device}: ${causeText(chosen)}`);
     const legend = older.length > 0 ? " Older trips of this motor are drawn dashed." : "";
     setText(this.when, `Trip ${chosen.trip_count}. ${whenText(chosen)}.${legend}`);
-    this.curves.replaceChildren(new TripCurves(chosen, older).root);
+    this.#draw(chosen, older, isSame ? this.curves : null);
+  }
+
+  // A trip that is sent again, or an older one that comes later, moves neither the read-out nor the focus.
+  #draw(chosen, older, before) {
+    const hasFocus = before !== null && document.activeElement === before.grid;
+    this.curves = new TripCurves(chosen, older, before?.index);
+    this.place.replaceChildren(this.curves.root);
+    if (hasFocus) this.curves.grid.focus();
   }
 }
