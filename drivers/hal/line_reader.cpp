@@ -3,13 +3,22 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <utility>
 
+#include "platform/os/call_timer.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
 
 using ReadResult = ByteLink::ReadResult;
 using Status = ByteLink::Status;
+
+namespace {
+
+// The timer's signal costs as much as a few system calls: so many reads at least have to share one.
+constexpr int kReadsPerSignal = 8;
+
+}  // namespace
 
 Result<> LineReader::CheckReady() const {
   if (wake_.valid()) return {};
@@ -18,6 +27,9 @@ Result<> LineReader::CheckReady() const {
 
 ReadResult LineReader::Read(std::span<std::uint8_t> into, MonoNs deadline) {
   if (!IsAttached()) return {Status::kLost, 0};
+  if (TimerPays(deadline)) {
+    if (const auto result = ReadBlocking(into, deadline)) return *result;
+  }
   while (true) {
     pollfd readable{fd_, POLLIN, 0};
     const int ready = PollUntil({&readable, 1}, deadline, clock_);
@@ -28,6 +40,31 @@ ReadResult LineReader::Read(std::span<std::uint8_t> into, MonoNs deadline) {
     if (result.status != Status::kTimeout) return result;
     if ((readable.revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) return {Status::kLost, 0};
   }
+}
+
+bool LineReader::TimerPays(MonoNs deadline) {
+  if (blocking_fd_ < 0) return false;
+  if (CallTimer::OfThisThread().IsSet(deadline)) return true;
+  const MonoNs now = clock_.Now();
+  return now - std::exchange(last_began_, now) < (deadline - now) / kReadsPerSignal;
+}
+
+// Returns nothing if the thread has no timer.
+std::optional<ReadResult> LineReader::ReadBlocking(std::span<std::uint8_t> into, MonoNs deadline) {
+  CallTimer& timer = CallTimer::OfThisThread();
+  std::optional<ReadResult> result;
+  while (!result && timer.Set(deadline, clock_)) {
+    const ssize_t count = read(blocking_fd_, into.data(), into.size());
+    if (count > 0) {
+      result = {Status::kOk, static_cast<std::size_t>(count)};
+    } else if (count == 0 || errno != EINTR) {
+      result = {Status::kLost, 0};  // 0: hung up
+    } else if (clock_.Now() >= deadline) {
+      result = {Status::kTimeout, 0};
+    }
+  }
+  timer.Clear();
+  return result;
 }
 
 ReadResult LineReader::ReadNow(std::span<std::uint8_t> into) {

@@ -101,6 +101,8 @@ Result<> Tty::Claim() {
   if (!line) return Failure(line.error());
   if (flock(line->get(), LOCK_EX | LOCK_NB) != 0) return OpenFailure(EBUSY);
   line_ = std::move(*line);
+  const std::string same_line = "/proc/self/fd/" + std::to_string(line_.get());  // the path may lead elsewhere now
+  blocking_ = Descriptor(open(same_line.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (IsPty()) return {};
   Result<> fits = CheckHardware();
   if (!fits) Release();
@@ -188,7 +190,11 @@ bool Tty::Drain() {
     if (PollUntil({}, now + kMillisecond, clock_) < 0) return false;
   }
   // Waits for the buffer of the hardware. The driver limits this time.
-  return ioctl(line_.get(), TCSBRK, 1) == 0;
+  int drained = 0;
+  do {
+    drained = ioctl(line_.get(), TCSBRK, 1);
+  } while (drained != 0 && errno == EINTR);
+  return drained == 0;
 }
 
 Result<> Tty::Reset() {
@@ -218,7 +224,7 @@ Result<> SerialPort::Open() {
                         .and_then([&] { return tty_.SetFormat(tty_.settings().format); })
                         .and_then([&] { return tty_.Reset(); });
   if (opened) {
-    reader_.Attach(tty_.FileDescriptor());
+    reader_.Attach(tty_.FileDescriptor(), tty_.BlockingFileDescriptor());
   } else {
     Close();
   }

@@ -34,8 +34,13 @@ class Tty {
   // Opens the line, and refuses a terminal that is not the line (line_guard.h). Sets it raw first, so that no echo is sent to
   // the devices. Then locks it against other axlecast processes (flock), and checks the adapter.
   [[nodiscard]] Result<> Claim();
-  void Release() { line_.Reset(); }
+  void Release() {
+    blocking_.Reset();
+    line_.Reset();
+  }
   [[nodiscard]] int FileDescriptor() const { return line_.get(); }
+  // The same line without O_NONBLOCK, or -1 if it could not be opened a second time.
+  [[nodiscard]] int BlockingFileDescriptor() const { return blocking_.get(); }
   [[nodiscard]] bool IsPty() const;
   // Returns true if `fd` is the claimed line. The path may lead to another one since Claim.
   [[nodiscard]] bool IsBehind(int fd) const;
@@ -75,6 +80,7 @@ class Tty {
   SerialSettings settings_;
   const Clock& clock_;
   Descriptor line_;
+  Descriptor blocking_;
   ByteLink::LineErrors at_start_;
   std::vector<std::string> warnings_;
 };

@@ -106,6 +106,43 @@ TEST_F(SerialPortTest, ReadEndsAtItsDeadlineAndReadNowAtOnce) {
   EXPECT_EQ(port.Read(buffer, deadline).status, ByteLink::Status::kTimeout) << "a deadline in the past";
 }
 
+// Reads that follow closely wait in the call itself (call_timer.h).
+TEST_F(SerialPortTest, ManyReadsInARowDeliverEachByteAndEndAtTheirDeadline) {
+  SerialPort port(Settings(), clock_);
+  ASSERT_EQ(ErrorText(port.Open()), "");
+  std::thread device([this] {
+    for (int i = 0; i < 200; ++i) FarWrites(FarReads(1));
+  });
+  std::array<std::uint8_t, 8> buffer;
+  for (int i = 0; i < 200; ++i) {
+    const auto sent = static_cast<std::uint8_t>(i);
+    ASSERT_TRUE(port.Write(std::array{sent}));
+    EXPECT_THAT(PortReads(port, 1), ElementsAre(sent));
+  }
+  device.join();
+  for (const MonoNs wait : {2 * kMillisecond, kMillisecond, 100 * kMicrosecond, MonoNs{0}}) {
+    const MonoNs deadline = clock_.Now() + wait;
+    EXPECT_EQ(port.Read(buffer, deadline).status, ByteLink::Status::kTimeout);
+    EXPECT_GE(clock_.Now(), deadline);
+  }
+}
+
+TEST_F(SerialPortTest, AHangUpEndsARead) {
+  for (const int reads_before : {0, 3}) {
+    SerialPort port(Settings(), clock_);
+    ASSERT_EQ(ErrorText(port.Open()), "");
+    for (int i = 0; i < reads_before; ++i) {
+      FarWrites({9});
+      ASSERT_THAT(PortReads(port, 1), ElementsAre(9));
+    }
+    std::thread unplugger([this] { Unplug(); });
+    std::array<std::uint8_t, 8> buffer;
+    EXPECT_EQ(port.Read(buffer, clock_.Now() + kSoon).status, ByteLink::Status::kLost);
+    unplugger.join();
+    PlugIn();
+  }
+}
+
 TEST_F(SerialPortTest, WhatCameBeforeOpenIsDiscarded) {
   SerialPort first(Settings(), clock_);
   ASSERT_EQ(ErrorText(first.Open()), "");

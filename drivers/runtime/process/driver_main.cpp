@@ -44,15 +44,20 @@ std::optional<SigningKey> DriverKey(const BridgeConfig& bridge, SecretSource& se
   return std::nullopt;
 }
 
+constexpr MonoNs kLookPeriod = 100 * kMillisecond;  // between two looks at the state of the network
+
 // Returns the exit code of the process.
 int RunLoop(Driver& driver, const BusConfig& bus, const CommandThread& commands, const LcmPort& port,
             const LcmPort& data, const StopSignal& stop, spdlog::logger& log) {
   Supervision supervision;
   ReceptionReport reception;
+  MonoNs next_look = 0;
   supervision.Ready();
   while (!stop.Requested() && !commands.failed() && driver.LineTaken().empty()) {
     const MonoNs now = driver.RunOnce();
     supervision.Progress(now);
+    if (now < next_look) continue;
+    next_look = now + kLookPeriod;
     ReceptionCounts counts = port.received();
     counts += data.received();
     if (reception.Changed(counts)) {
