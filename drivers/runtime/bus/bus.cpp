@@ -9,6 +9,13 @@ namespace {
 // Reads that empty the line before a request that does not wait for an idle line; more bytes come meanwhile.
 constexpr int kReadsBeforeTransmitting = 4;
 
+std::unique_ptr<Transactor> MakeTransactor(const BusSettings& settings, ByteLink& link, const Clock& clock,
+                                           BusObserver& observer) {
+  auto transactor = std::make_unique<SerialTransactor>(link, clock, settings.echo, settings.lines, settings.wire);
+  transactor->NotifyTransmitted([&observer] { observer.OnWait(); });
+  return transactor;
+}
+
 }  // namespace
 
 Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> transactor, const Clock& clock,
@@ -24,19 +31,21 @@ Bus::Bus(const BusSettings& settings, Link& link, std::unique_ptr<Transactor> tr
       reopen_pause_(settings.reopen_first) {}
 
 Bus::Bus(const BusSettings& settings, ByteLink& link, const Clock& clock, BusObserver& observer, WireLog* wire)
-    : Bus(settings, link,
-          std::make_unique<SerialTransactor>(link, clock, settings.echo, settings.lines, settings.wire), clock,
-          observer, wire) {}
+    : Bus(settings, link, MakeTransactor(settings, link, clock, observer), clock, observer, wire) {}
 
 Bus::Bus(const BusSettings& settings, FrameLink& link, const Clock& clock, BusObserver& observer, WireLog* wire)
     : Bus(settings, link, std::make_unique<CanTransactor>(link, clock), clock, observer, wire) {}
 
 MonoNs Bus::RunOnce(MonoNs by) {
-  if (!up_) return Reopen(by);
+  if (!up_) {
+    observer_.OnWait();
+    return Reopen(by);
+  }
   const MonoNs now = clock_.Now();
   const Schedule::Choice& choice = schedule_.Choose(now);
   if (std::holds_alternative<Exchange>(choice.step.action)) return Transmit(choice, now);
 
+  observer_.OnWait();
   by = std::min(by, choice.until);
   if (wire_ != nullptr) {
     wire_->FlushIfDue(now);

@@ -25,6 +25,8 @@ class BusObserver {
   // of its tick; kNoTick if it is not known.
   virtual void OnSlot(std::size_t /*device*/, std::int64_t /*tick*/) {}
   static constexpr std::size_t kAllDevices = SIZE_MAX;
+  // The bus needs no time of the thread: a request was transmitted, or the bus waits. Called before each wait.
+  virtual void OnWait() {}
   // `reason`: why the link is down, and what to do. Called again when the reason changes.
   virtual void OnLink(bool up, std::string_view reason, MonoNs now) = 0;
 };

@@ -43,6 +43,16 @@ TEST_F(LineMediumTest, ReplyInPiecesCarriesTheInstantsOfItsFirstAndLastRead) {
   EXPECT_EQ(event->received, (Interval{kStart + 14 * kMicrosecond, kStart + 34 * kMicrosecond}));
 }
 
+TEST_F(LineMediumTest, NotifiesBetweenTheRequestAndItsReply) {
+  Answer({{10 * kMicrosecond, {1, 2, 3, 4}}});
+  std::vector<MonoNs> notified;
+  medium_.NotifyTransmitted([&] { notified.push_back(clock_.Now()); });
+  const Event* event = medium_.Run(exchange_);
+  EXPECT_EQ(event->kind, Event::Kind::kReply);
+  EXPECT_THAT(notified, ElementsAre(event->sent.last));
+  EXPECT_LT(event->sent.last, event->received.first);
+}
+
 TEST_F(LineMediumTest, NoReplyIsATimeoutCountedFromTheEndOfTheWrite) {
   const Event* event = medium_.Run(exchange_);
   EXPECT_EQ(event->kind, Event::Kind::kTimeout);

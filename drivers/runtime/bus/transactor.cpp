@@ -140,6 +140,7 @@ const Event* SerialTransactor::Run(const Exchange& exchange) {
   event_.early = false;
   if (!Transmit(exchange)) return Lost();
   event_.sent.last = clock_.Now();
+  if (transmitted_) transmitted_();
   const Event* event = Collect(exchange, event_.sent.last + exchange.timeout);
   if (exchange.secret) {
     masked_until_ = clock_.Now() + kMaskLate;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 #include "core/base/time.h"
 #include "core/device/line_settings.h"
@@ -66,6 +67,9 @@ class SerialTransactor final : public Transactor {
   SerialTransactor(ByteLink& link, const Clock& clock, bool echo, PulseLines* lines, const LineFormat& line = {})
       : link_(link), clock_(clock), echo_(echo), lines_(lines), opened_(line), line_(line) {}
 
+  // `notify` is called after each request was written, before its reply is awaited: time that the line does not need.
+  void NotifyTransmitted(std::function<void()> notify) { transmitted_ = std::move(notify); }
+
   [[nodiscard]] const Event* FindStray() override;
   [[nodiscard]] const Event* Run(const Step& step, MonoNs by) override;
 
@@ -108,6 +112,7 @@ class SerialTransactor final : public Transactor {
   const bool echo_;
   PulseLines* const lines_;
   const LineFormat opened_;
+  std::function<void()> transmitted_;
   LineFormat line_;  // now
   Event event_;
   static constexpr MonoNs kLongAgo = INT64_MIN / 2;

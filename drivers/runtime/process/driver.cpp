@@ -186,6 +186,7 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin
                        .base = Base()}),
       operations_(*config.family, command_server_, time_, ports_.log),
       wire_(MakeWireLog(config, origin, time_, *ports_.data)),
+      held_(*ports_.data),
       bus_(MakeBus()),
       health_(config, origin, time_, *ports_.data),
       holds_secrets_(HoldsSecrets(config)),
@@ -196,9 +197,12 @@ Driver::Driver(const BusConfig& config, const BridgeConfig& bridge, const Origin
   const DevicePublisherContext context{
       .origin = origin,
       .time = &time_,
-      .sink = ports_.data,
-      .on_outcome = [this](const std::string& device, const CommandId& id,
-                           const Outcome& outcome) { operations_.OnOutcome(device, id, outcome); },
+      .sink = SinkOfReadings(),
+      .on_outcome =
+          [this](const std::string& device, const CommandId& id, const Outcome& outcome) {
+            held_.Release();  // what led to it comes first
+            operations_.OnOutcome(device, id, outcome);
+          },
       .base = Base()};
   for (const DeviceConfig& device : config.devices) {
     Unit unit{.config = &device};
@@ -216,6 +220,11 @@ Bus Driver::MakeBus() {
   const BusSettings settings = BusSettingsOf(config_, ports_.lines, Base());
   if (ports_.frames != nullptr) return {settings, *ports_.frames, *ports_.clock, *this, wire_.get()};
   return {settings, *ports_.link, *ports_.clock, *this, wire_.get()};
+}
+
+MessageSink* Driver::SinkOfReadings() {
+  if (ports_.link != nullptr && config_.poll_hz == 0) return &held_;
+  return ports_.data;
 }
 
 Link& Driver::link() const {
@@ -252,6 +261,7 @@ void Driver::Stop() {
   command_server_.Goodbye();
   link().Close();
   FlushBlocks();
+  held_.Release();
 }
 
 // A publisher sends a block only when its first reading is 100 ms old.

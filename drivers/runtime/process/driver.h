@@ -23,6 +23,7 @@
 #include "drivers/runtime/bus/bus_health.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "drivers/runtime/command/operations.h"
+#include "drivers/runtime/process/held_messages.h"
 #include "platform/net/lcm_port.h"
 
 namespace axlecast {
@@ -143,6 +144,7 @@ class Driver final : private BusObserver {
   };
 
   void OnSlot(std::size_t device, std::int64_t tick) override;
+  void OnWait() override { held_.Release(); }
   void OnLink(bool up, std::string_view reason, MonoNs now) override;
   // Not inlined, so that RunOnce can wipe what it leaves on the stack.
   [[gnu::noinline]] void RunStep();
@@ -160,6 +162,7 @@ class Driver final : private BusObserver {
   void ReportHealth();
   [[nodiscard]] bool SummaryChanged() const;
   [[nodiscard]] Bus MakeBus();
+  [[nodiscard]] MessageSink* SinkOfReadings();
   [[nodiscard]] Link& link() const;
   // Returns the claims about the base of this bus's ticks; null if the base is CLOCK_MONOTONIC of this host.
   [[nodiscard]] const BaseClaims* Base() const { return ports_.has_time_base ? &base_clock_ : nullptr; }
@@ -173,6 +176,7 @@ class Driver final : private BusObserver {
   UnauthorizedCommandCounter unauthorized_;
   Operations operations_;
   std::unique_ptr<WireLog> wire_;
+  HeldMessages held_;  // of the devices, where requests follow each other directly
   Bus bus_;
   BusHealth health_;
   const bool holds_secrets_;

@@ -183,6 +183,22 @@ TEST_F(DriverTest, TicksAreThoseOfTheTimeBaseWhileItIsKnown) {
   EXPECT_EQ(LastInfo().tick_base_id, 0);
 }
 
+TEST_F(DriverTest, TheLineDoesNotWaitForTheNetworkWhereRequestsFollowEachOther) {
+  bus_.poll_hz = 0;
+  bus_.devices[0].publish_hz = 1e6;  // each reading
+  Make();
+  RunUntil(500 * kMillisecond);
+  const auto positions = [this] { return data_.All<position_t>("POSITION/axis1").size(); };
+  const std::size_t requests = link_.written().size();
+  const std::size_t published = positions();
+  RunUntil(510 * kMillisecond);
+  ASSERT_GT(link_.written().size(), requests + 10);
+  EXPECT_EQ(positions() - published, link_.written().size() - requests);
+  const std::size_t before_stop = positions();
+  driver_->Stop();
+  EXPECT_EQ(positions(), before_stop + 1) << "the reading that waited for a request";
+}
+
 TEST_F(DriverTest, AnOrderIsAcknowledgedAtOnceAndCarriedOutAtTheBusesNextTurn) {
   bus_.poll_hz = 0;
   Make();
