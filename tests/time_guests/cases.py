@@ -21,6 +21,29 @@ def plain(run, count):
     run.measure(count)
 
 
+def begin_with_delay(run, name, seconds):
+    """More delay in one direction before the first exchange of b: the truth is near the edge of every interval."""
+    run.b.kill_time()
+    run.link.delay[name] = seconds
+    mark = run.mark()
+    run.b.start_time()
+    run.synchronised(mark)
+
+
+def tick(run, count):
+    """Two axes on each guest, read on common ticks, and joined to sets in guest a. The true instants of sampling follow from the shafts."""
+    run.phase("one tick over four axes")
+    started = [(guest, guest.start_axes()) for guest in (run.a, run.b)]
+    started.append((run.a, [run.a.start_program("axlecast", "sets", "/run/vm/machine.yaml")]))
+    run.measure_sets(count // 2)
+    run.phase("one tick over four axes, 10 ms more delay for what b sends, from the first exchange on")
+    begin_with_delay(run, OTHER, 0.01)
+    run.measure_sets(count // 2)
+    run.link.delay[OTHER] = 0.0
+    for guest, numbers in started:
+        guest(f"kill -9 {' '.join(map(str, numbers))}")
+
+
 def utc_steps(run, count):
     """UNIX time of b is 3 s ahead, is stepped back, and so on. Nothing may change."""
     run.phase("UNIX time of b stepped by 3 s, forth and back")
@@ -62,14 +85,9 @@ def beyond_slew(run, _count):
 
 
 def slow_from_the_start(run, count):
-    """20 ms more delay in one direction before the first exchange: the truth is near the edge of every interval."""
     for name in (ROOT, OTHER):
         run.phase(f"20 ms more delay for what {name} sends, from the start")
-        run.b.kill_time()
-        run.link.delay[name] = 0.02
-        mark = run.mark()
-        run.b.start_time()
-        run.synchronised(mark)
+        begin_with_delay(run, name, 0.02)
         run.measure(count)
         run.link.delay[name] = 0.0
 
@@ -194,5 +212,5 @@ def short(run, _count):
 
 
 CASES = {function.__name__: function for function in
-         (plain, utc_steps, drift, asymmetry, cut, beyond_slew, root_process, other_process, root_guest, chrony, rates, short)}
+         (plain, tick, utc_steps, drift, asymmetry, cut, beyond_slew, root_process, other_process, root_guest, chrony, rates, short)}
 ALL = [name for name in CASES if name != "short"]

@@ -28,11 +28,11 @@ ClockReading ReadClocks() {
   ClockReading best;
   for (int i = 0; i < kAttempts; ++i) {
     ClockReading reading;
-    reading.before = ReadTicks();
+    reading.before = ReadCpuTicks();
     reading.mono = Read(CLOCK_MONOTONIC);
     reading.raw = Read(CLOCK_MONOTONIC_RAW);
     reading.utc = Read(CLOCK_REALTIME);
-    reading.after = ReadTicks();
+    reading.after = ReadCpuTicks();
     if (i == 0 || reading.after - reading.before < best.after - best.before) best = reading;
   }
   return best;
@@ -48,7 +48,7 @@ void Append(ClockPage& page) {
 void Answer(ClockPage& page) {
   const std::int64_t question = page.question.load(std::memory_order_acquire);
   if (question == page.answer.load(std::memory_order_relaxed)) return;
-  page.answer_ticks.store(ReadTicks(), std::memory_order_relaxed);
+  page.answer_ticks.store(ReadCpuTicks(), std::memory_order_relaxed);
   page.answer.store(question, std::memory_order_release);
 }
 

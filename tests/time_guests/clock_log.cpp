@@ -61,7 +61,7 @@ std::optional<Bounds> Common(const Bounds& a, const Bounds& b) {
   return both;
 }
 
-std::optional<Bounds> ValueAt(const std::vector<ClockReading>& readings, ClockLog::Clock clock, Ticks ticks,
+std::optional<Bounds> ValueAt(const std::vector<ClockReading>& readings, ClockLog::Clock clock, CpuTicks ticks,
                               std::size_t i) {
   const Rates rates = RatesAround(readings, clock, i);
   const ClockReading& a = readings[i];
@@ -79,14 +79,14 @@ void ClockLog::Add(const ClockReading& reading) {
   readings_.push_back(reading);
 }
 
-std::size_t ClockLog::IndexAt(Ticks ticks) const {
+std::size_t ClockLog::IndexAt(CpuTicks ticks) const {
   const auto found = std::lower_bound(readings_.begin(), readings_.end(), ticks,
-                                      [](const ClockReading& reading, Ticks t) { return reading.after < t; });
+                                      [](const ClockReading& reading, CpuTicks t) { return reading.after < t; });
   return static_cast<std::size_t>(found - readings_.begin());
 }
 
 std::optional<Bounds> ClockLog::At(Clock clock, const Bounds& ticks) const {
-  const auto at = [&](Ticks instant) -> std::optional<Bounds> {
+  const auto at = [&](CpuTicks instant) -> std::optional<Bounds> {
     const std::size_t next = IndexAt(instant);
     if (next == 0 || next == readings_.size()) return std::nullopt;
     return ValueAt(readings_, clock, instant, next - 1);
@@ -114,7 +114,7 @@ std::optional<Bounds> ClockLog::When(Clock clock, std::int64_t ns) const {
       {b.before - Most(left + kResolution, ticks_per_ns), b.after - Least(left - kResolution, ticks_per_ns)});
 }
 
-std::int64_t ClockLog::LongestGap(Ticks from, Ticks until) const {
+std::int64_t ClockLog::LongestGap(CpuTicks from, CpuTicks until) const {
   std::int64_t longest = 0;
   for (std::size_t i = std::max<std::size_t>(IndexAt(from), 1); i < readings_.size(); ++i) {
     longest = std::max(longest, readings_[i].raw - readings_[i - 1].raw);

@@ -36,11 +36,11 @@ class ClockLog {
   [[nodiscard]] std::optional<Bounds> When(Clock clock, std::int64_t ns) const;
 
   // Returns the longest time between two readings within these ticks, in ns: how long the host was starved.
-  [[nodiscard]] std::int64_t LongestGap(Ticks from, Ticks until) const;
+  [[nodiscard]] std::int64_t LongestGap(CpuTicks from, CpuTicks until) const;
 
   [[nodiscard]] const std::vector<ClockReading>& readings() const { return readings_; }
   // Returns the reading that is the first at or after `ticks`, or the number of readings.
-  [[nodiscard]] std::size_t IndexAt(Ticks ticks) const;
+  [[nodiscard]] std::size_t IndexAt(CpuTicks ticks) const;
 
  private:
   std::vector<ClockReading> readings_;

@@ -8,14 +8,14 @@ namespace {
 
 using Clock = ClockLog::Clock;
 
-constexpr Ticks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
+constexpr CpuTicks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
 
 // CLOCK_MONOTONIC_RAW is the counter's time plus 5 s. CLOCK_MONOTONIC runs 200 ppm faster from `faster_from` on.
 struct Truth {
-  Ticks faster_from = INT64_MAX / 4;
+  CpuTicks faster_from = INT64_MAX / 4;
 
-  [[nodiscard]] std::int64_t Raw(Ticks ticks) const { return 5'000'000'000 + ticks / 2; }
-  [[nodiscard]] std::int64_t Mono(Ticks ticks) const {
+  [[nodiscard]] std::int64_t Raw(CpuTicks ticks) const { return 5'000'000'000 + ticks / 2; }
+  [[nodiscard]] std::int64_t Mono(CpuTicks ticks) const {
     return Raw(ticks) + (ticks > faster_from ? (ticks - faster_from) / 2 / 5'000 : 0);
   }
 };
@@ -24,8 +24,8 @@ struct Truth {
 ClockLog Read(const Truth& truth, int count = 100) {
   ClockLog log;
   for (int i = 0; i < count; ++i) {
-    const Ticks before = i * 10 * kPerMillisecond;
-    const Ticks read = before + 13 * i % 400;
+    const CpuTicks before = i * 10 * kPerMillisecond;
+    const CpuTicks read = before + 13 * i % 400;
     log.Add({before, truth.Mono(read), truth.Raw(read), 0, before + 400});
   }
   return log;
@@ -36,7 +36,7 @@ MATCHER_P(Contains, value, "") { return arg && arg->lowest <= value && value <= 
 TEST(ClockLog, BoundsAClockBetweenReadings) {
   const Truth truth;
   const ClockLog log = Read(truth);
-  for (Ticks ticks = 7 * kPerMillisecond; ticks < 900 * kPerMillisecond; ticks += 12'345'677) {
+  for (CpuTicks ticks = 7 * kPerMillisecond; ticks < 900 * kPerMillisecond; ticks += 12'345'677) {
     const auto raw = log.At(Clock::kRaw, {ticks, ticks});
     ASSERT_THAT(raw, Contains(truth.Raw(ticks)));
     EXPECT_LT(raw->highest - raw->lowest, 600);
@@ -49,7 +49,7 @@ TEST(ClockLog, BoundsAClockBetweenReadings) {
 TEST(ClockLog, BoundsAClockWhoseRateChanges) {
   const Truth truth{.faster_from = 503 * kPerMillisecond};
   const ClockLog log = Read(truth);
-  for (Ticks ticks = 400 * kPerMillisecond; ticks < 600 * kPerMillisecond; ticks += 123'457) {
+  for (CpuTicks ticks = 400 * kPerMillisecond; ticks < 600 * kPerMillisecond; ticks += 123'457) {
     EXPECT_THAT(log.At(Clock::kMono, {ticks, ticks}), Contains(truth.Mono(ticks)));
     EXPECT_THAT(log.When(Clock::kMono, truth.Mono(ticks)), Contains(ticks));
   }
@@ -58,7 +58,7 @@ TEST(ClockLog, BoundsAClockWhoseRateChanges) {
 TEST(ClockLog, WidensWithTheInstant) {
   const Truth truth;
   const ClockLog log = Read(truth);
-  const Ticks ticks = 333 * kPerMillisecond;
+  const CpuTicks ticks = 333 * kPerMillisecond;
   const auto wide = log.At(Clock::kRaw, {ticks - 50 * kPerMillisecond, ticks + 50 * kPerMillisecond});
   EXPECT_THAT(wide, Contains(truth.Raw(ticks - 50 * kPerMillisecond)));
   EXPECT_THAT(wide, Contains(truth.Raw(ticks + 50 * kPerMillisecond)));
@@ -77,7 +77,7 @@ TEST(ClockLog, KnowsNothingOutsideOfTheReadings) {
 TEST(ClockLog, FindsHowLongTheHostWasStarved) {
   const Truth truth;
   ClockLog log = Read(truth);
-  const Ticks late = (990 + 250) * kPerMillisecond;
+  const CpuTicks late = (990 + 250) * kPerMillisecond;
   log.Add({late, truth.Mono(late), truth.Raw(late), 0, late + 10});
   EXPECT_NEAR(static_cast<double>(log.LongestGap(0, 500 * kPerMillisecond)), 10e6, 1e3);
   EXPECT_NEAR(static_cast<double>(log.LongestGap(0, 2'000 * kPerMillisecond)), 250e6, 1e3);

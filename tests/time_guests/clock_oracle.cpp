@@ -28,20 +28,20 @@ std::int64_t Now() {
 
 int Run(ClockPage& page, std::int64_t duration) {
   const std::int64_t end = Now() + duration;
-  Ticks lowest = INT64_MIN;
-  Ticks highest = INT64_MAX;
-  Ticks shortest = INT64_MAX;
+  CpuTicks lowest = INT64_MIN;
+  CpuTicks highest = INT64_MAX;
+  CpuTicks shortest = INT64_MAX;
   std::int64_t done = 0;
   page.asking.store(1);
   while (done < kHandshakes && Now() < end) {
     const std::int64_t question = page.question.load(std::memory_order_relaxed) + 1;
-    const Ticks asked = ReadTicks();
+    const CpuTicks asked = ReadCpuTicks();
     page.question.store(question, std::memory_order_release);
     while (page.answer.load(std::memory_order_acquire) != question && Now() < end) {
     }
-    const Ticks answered = ReadTicks();
+    const CpuTicks answered = ReadCpuTicks();
     if (page.answer.load(std::memory_order_acquire) != question) break;
-    const Ticks guest = page.answer_ticks.load(std::memory_order_relaxed);
+    const CpuTicks guest = page.answer_ticks.load(std::memory_order_relaxed);
     lowest = std::max(lowest, guest - answered);
     highest = std::min(highest, guest - asked);
     shortest = std::min(shortest, answered - asked);

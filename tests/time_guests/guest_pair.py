@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 import time
 
-from guests import OTHER, PAGE_BYTES, ROOT, Guest, Trouble, emulator, kernel, ticks_per_ms, wait_for
+from guests import AXES, OTHER, PAGE_BYTES, ROOT, SET, Guest, Trouble, emulator, kernel, ticks_per_ms, wait_for
 from link import Link
 
 LIMIT = 120  # s, for what takes 10 s on an idle host
@@ -97,6 +97,20 @@ class GuestPair:
         """Waits for this many messages of the guest that is not the root; ten arrive in a second."""
         goal = self.b.messages() + count
         wait_for(lambda: self.b.messages() >= goal, f"{count} messages of {OTHER}: {self.b.messages()} of {goal}", LIMIT + count)
+
+    def measure_sets(self, count):
+        """Waits until this many sets of axes of both guests were published after each axis had sent its first position."""
+        axes = [axis for axes in AXES.values() for axis in axes]
+        wait_for(lambda: all(self.a.arrived(f"POSITION/{axis}") for axis in axes), f"positions of {axes}", LIMIT)
+        self.look_at_shafts()
+        sets = lambda: self.a.arrived(f"POSITION_SET/{SET}")
+        goal = sets() + count
+        wait_for(lambda: sets() >= goal, f"{count} sets after {goal - count}", LIMIT + count)
+        self.look_at_shafts()
+
+    def look_at_shafts(self):
+        for guest in (self.a, self.b):
+            guest.look_at_shafts()
 
     def withdrawn(self, cause, end_of_cause, least=10):
         """The claim ends by the cause, stays away while it lasts, and comes back: the states (lost, back)."""

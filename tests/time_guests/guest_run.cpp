@@ -49,17 +49,23 @@ Result<Bounds> ReadPins(const std::filesystem::path& path) {
   return all;
 }
 
-Result<std::vector<Guest::Message>> ReadMessages(const std::filesystem::path& path) {
+Result<> ReadMessages(Guest& guest, const std::filesystem::path& path) {
+  constexpr std::string_view kPosition = "POSITION/";
   const MappedFile file(path.string());
   if (!file.problem().empty()) return Failure(file.problem());
-  std::vector<Guest::Message> messages;
   LogReader log(file.bytes());
   while (const auto event = log.Next()) {
+    const MonoNs received = event->utime * kMicrosecond;
     if (auto time = DecodeMessage<time_quality_t>(event->data)) {
-      messages.push_back({event->utime * kMicrosecond, std::move(*time)});
+      guest.messages.push_back({received, std::move(*time)});
+    } else if (auto set = DecodeMessage<position_set_t>(event->data)) {
+      guest.sets.push_back({received, std::move(*set)});
+    } else if (auto position = DecodeMessage<position_t>(event->data)) {
+      if (!event->channel.starts_with(kPosition)) continue;
+      guest.positions.push_back({received, std::string(event->channel.substr(kPosition.size())), *position});
     }
   }
-  return messages;
+  return {};
 }
 
 std::vector<Guest::UtcClaim> ReadUtcClaims(const std::filesystem::path& path) {
@@ -79,11 +85,12 @@ Result<Guest> ReadGuest(const std::filesystem::path& folder) {
   if (!clocks) return Failure(clocks.error());
   const Result<Bounds> pins = ReadPins(folder / "pins");
   if (!pins) return Failure(pins.error());
-  Result<std::vector<Guest::Message>> messages = ReadMessages(folder / "messages.log");
-  if (!messages) return Failure(messages.error());
+  if (const Result<> read = ReadMessages(guest, folder / "messages.log"); !read) return Failure(read.error());
+  auto shafts = ReadShaftLooks(folder / "shafts");
+  if (!shafts) return Failure(shafts.error());
   guest.clocks = std::move(*clocks);
   guest.ticks_ahead = *pins;
-  guest.messages = std::move(*messages);
+  guest.shafts = std::move(*shafts);
   guest.utc_claims = ReadUtcClaims(folder / "chrony.csv");
   Identify(guest);
   return guest;
@@ -120,6 +127,12 @@ const Guest* GuestRun::Root(std::int64_t base_id) const {
   const auto found = std::find_if(guests.begin(), guests.end(),
                                   [&](const Guest& guest) { return guest.own_base_id == base_id && base_id != 0; });
   return found == guests.end() ? nullptr : &*found;
+}
+
+std::optional<Bounds> GuestRun::BaseAt(std::int64_t base_id, const Bounds& host_ticks) const {
+  const Guest* root = Root(base_id);
+  if (root == nullptr) return std::nullopt;
+  return root->clocks.At(ClockLog::Clock::kRaw, OnGuest(*root, host_ticks));
 }
 
 std::string GuestRun::PhaseAt(MonoNs time) const {

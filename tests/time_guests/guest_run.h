@@ -1,6 +1,9 @@
 #pragma once
 
+#include <axlecast/position_set_t.hpp>
+#include <axlecast/position_t.hpp>
 #include <axlecast/time_quality_t.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "tests/time_guests/clock_log.h"
+#include "tests/time_guests/shaft_looks.h"
 
 namespace axlecast {
 
@@ -16,6 +20,16 @@ struct Guest {
   struct Message {
     MonoNs received = 0;  // ns, CLOCK_MONOTONIC of this guest
     time_quality_t time;
+  };
+
+  struct Set {
+    MonoNs received = 0;
+    position_set_t set;
+  };
+  struct Position {
+    MonoNs received = 0;
+    std::string device;
+    position_t position;
   };
 
   // What chronyd in the guest claimed of its UNIX time, as chronyc prints it.
@@ -27,11 +41,14 @@ struct Guest {
   std::string name;  // of the boot: b-2
   std::string host;  // name in the machine file: b
   ClockLog clocks;
-  Bounds ticks_ahead;             // its counter minus that of the host that runs the guests
-  std::vector<Message> messages;  // that it received, in this order; also its own
+  Bounds ticks_ahead;               // its counter minus that of the host that runs the guests
+  std::vector<Message> messages;    // that it received, in this order; also its own
+  std::vector<Position> positions;  // of all guests, that it received, in this order
+  std::vector<Set> sets;            // that it received
   std::vector<UtcClaim> utc_claims;
-  std::int64_t clock_id = 0;     // of its own messages
-  std::int64_t own_base_id = 0;  // of its own messages if it is the root; else 0
+  std::map<std::string, ShaftLooks> shafts;  // its simulated axes
+  std::int64_t clock_id = 0;                 // of its own messages
+  std::int64_t own_base_id = 0;              // of its own messages if it is the root; else 0
 };
 
 // Something that the test did, at an instant of CLOCK_MONOTONIC of the host that runs the guests.
@@ -65,6 +82,8 @@ struct GuestRun {
   [[nodiscard]] std::string PhaseAt(MonoNs time) const;
   // Returns the guest whose clock is this base, or null.
   [[nodiscard]] const Guest* Root(std::int64_t base_id) const;
+  // Returns what the base was at an instant of the host's counter.
+  [[nodiscard]] std::optional<Bounds> BaseAt(std::int64_t base_id, const Bounds& host_ticks) const;
 };
 
 // Reads a line of `chronyc -c tracking` after the time since the boot in s: the claim is |correction| + dispersion + delay / 2. Returns nothing
@@ -75,7 +94,7 @@ struct GuestRun {
 void Identify(Guest& guest);
 
 // Reads what tests/time_guests/run recorded in a folder: `events`, `host.page`, and of each boot of a guest a folder NAME-NUMBER
-// with `page`, `pins`, `messages.log` and perhaps `chrony.csv`.
+// with `page`, `pins`, `messages.log` and perhaps `chrony.csv` and `shafts`.
 [[nodiscard]] Result<GuestRun> ReadGuestRun(const std::string& folder);
 
 }  // namespace axlecast

@@ -15,16 +15,23 @@ import emulator  # noqa: E402  of tests/vm
 import kernel  # noqa: E402
 
 PAGE_BYTES = 16 << 20  # ClockPage::kBytes of clock_page.h
-BOOT_LIMIT = 180  # s, generous: two guests that boot on a busy host
+ANSWER_LIMIT = 180  # s, generous: two guests that boot, or execute a line, on a busy host
 ADDRESS = {"a": "10.0.0.1", "b": "10.0.0.2"}
 ROOT, OTHER = "a", "b"
 URL = "udpm://239.255.76.67:7667?ttl=1"
+AXES = {ROOT: ("x", "y"), OTHER: ("v", "w")}  # each on a bus of its own: bus-x
+SET = "gantry"
+# One count of 17 bits takes 153 ns at this speed, far less than an interval is wide.
 MACHINE = f"""machine: guests
-lcm: {{url: "{URL}"}}
+lcm: {{url: "{URL}", command_url: "{URL.replace("7667", "7668")}"}}
 time: {{root: {ROOT}, address: {ADDRESS[ROOT]}}}
+hosts:
+  {ROOT}: {{bridge: true, buses: [{", ".join(f"bus-{axis}" for axis in AXES[ROOT])}]}}
+  {OTHER}: {{buses: [{", ".join(f"bus-{axis}" for axis in AXES[OTHER])}]}}
+sets: {{{SET}: {{axes: [{", ".join(axis for axes in AXES.values() for axis in axes)}], limit_us: 5000}}}}
 buses:
-  rs485-0: {{family: tformat, simulate: {{axis1: {{}}}}, devices: {{axis1: {{model: ts5669n127, unit: deg}}}}}}
-"""
+""" + "".join(f"  bus-{axis}: {{family: tformat, poll_hz: 20, simulate: {{{axis}: {{speed_rpm: 3000}}}},\n"
+              f"    devices: {{{axis}: {{model: ts5669n127, timeout_us: 500000}}}}}}\n" for axes in AXES.values() for axis in axes)
 
 
 class Trouble(Exception):
@@ -46,6 +53,7 @@ def wait_for(condition, what, limit):
 # prints is in `output`, a file that the host sees at once.
 START = """#!/bin/sh
 export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 TMPDIR=/run/tmp
+export AXLECAST_RUN_DIR=/run/axlecast
 ip link set lo up
 ip link set eth0 up multicast on && ip address add {address}/24 dev eth0 && ip route add 224.0.0.0/4 dev eth0 || exit
 for device in /sys/bus/pci/devices/*; do
@@ -139,23 +147,27 @@ class Guest:
         self.listener.settimeout(60)
         self.control, _ = self.listener.accept()
         self.control.settimeout(0.2)
-        while self.lines(BOOT_LIMIT) != "ready":
+        while self.lines(ANSWER_LIMIT) != "ready":
             pass
 
     def __call__(self, line, check=True):
         """Executes a line of shell in the guest; returns what it printed."""
         self.control.sendall(line.encode() + b"\n")
-        while not (answer := self.lines(60)).startswith("done "):
+        while not (answer := self.lines(ANSWER_LIMIT)).startswith("done "):
             pass
         output = (self.folder / "output").read_text(errors="replace")
         if check and answer != "done 0":
             raise self.trouble(f"{line}: {answer}: {output}")
         return output
 
+    def start_program(self, program, *words, output="/dev/null"):
+        """Starts a program of the build in the background; returns its process number in the guest."""
+        command = " ".join(shlex.quote(str(word)) for word in [self.run.build / "bin" / program, *words])
+        return int(self(f"{command} >>{output} 2>>/run/vm/service.log & echo $!"))
+
     def start_time(self):
-        words = [self.run.build / "bin/axlecast", "time", "/run/vm/machine.yaml", "--host", self.name, "--json"]
-        command = " ".join(shlex.quote(str(word)) for word in words)
-        self.service = int(self(f"{command} >>/run/vm/states.json 2>>/run/vm/service.log & echo $!"))
+        words = ["time", "/run/vm/machine.yaml", "--host", self.name, "--json"]
+        self.service = self.start_program("axlecast", *words, output="/run/vm/states.json")
 
     def kill_time(self):
         self(f"kill -9 {self.service}")
@@ -166,10 +178,34 @@ class Guest:
         text = path.read_text() if path.exists() else ""
         return [json.loads(line) for line in text.splitlines(keepends=True) if line.endswith("\n")]
 
+    def arrived(self, channel):
+        """How many messages of this channel it has received."""
+        path = self.folder / "messages.log"
+        return path.read_bytes().count(channel.encode()) if path.exists() else 0
+
     def messages(self):
         """How many TIME messages of its own it has received."""
-        path = self.folder / "messages.log"
-        return path.read_bytes().count(f"TIME/{self.name}".encode()) if path.exists() else 0
+        return self.arrived(f"TIME/{self.name}")
+
+    # -- simulated axes
+
+    def start_axes(self):
+        """Its simulated encoders and their drivers; returns their process numbers."""
+        if (self.folder / "shafts").exists():
+            raise Trouble("the case tick runs once in a boot of a guest: its shafts begin again otherwise")
+        started = [self.start_program("axlecast", "simulate", "/run/vm/machine.yaml", "--host", self.name)]
+        for axis in AXES[self.name]:
+            started.append(self.start_program("axlecast-tformat", "--config", "/run/vm/machine.yaml", "--bus", f"bus-{axis}"))
+        return started
+
+    def look_at_shafts(self):
+        """Appends where the simulated shafts are, for time_guests/bin/ticks_check."""
+        words = [self.run.build / "bin/axlecast", "simulate", "/run/vm/machine.yaml", "--host", self.name, "--show", "--json"]
+        answers = self(" ".join(shlex.quote(str(word)) for word in words)).splitlines()
+        with open(self.folder / "shafts", "a") as file:
+            for answer in map(json.loads, answers):
+                for device, state in answer["devices"].items():
+                    file.write(f"{device} {answer['mono_ns']} {state['angle_deg']} {state['speed_rpm']}\n")
 
     def pin(self):
         """Bounds what its counter is ahead of the host's."""

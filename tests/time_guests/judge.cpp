@@ -10,7 +10,7 @@
 namespace axlecast {
 namespace {
 
-using Clock = ClockLog::Clock;
+using GuestClock = ClockLog::Clock;
 
 class Judge {
  public:
@@ -38,7 +38,7 @@ class Judge {
  private:
   // CLOCK_MONOTONIC of the host that runs the guests.
   [[nodiscard]] std::optional<MonoNs> HostTime(const Bounds& host_ticks) const {
-    const std::optional<Bounds> time = run_.host.At(Clock::kMono, host_ticks);
+    const std::optional<Bounds> time = run_.host.At(GuestClock::kMono, host_ticks);
     if (!time) return std::nullopt;
     return time->lowest;
   }
@@ -61,16 +61,9 @@ class Judge {
     return Since(TestEvent::Kind::kBeyond, TestEvent::Kind::kWithin, time).has_value();
   }
 
-  // What the base was at an instant of the host's counter.
-  [[nodiscard]] std::optional<Bounds> BaseAt(std::int64_t base_id, const Bounds& host_ticks) const {
-    const Guest* root = run_.Root(base_id);
-    if (root == nullptr) return std::nullopt;
-    return root->clocks.At(Clock::kRaw, GuestRun::OnGuest(*root, host_ticks));
-  }
-
   void OnClaim(const Guest& guest, const time_quality_t& claim) {
     if (claim.half_width_ns < 0) return;
-    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, claim.mono_ns);
+    const std::optional<Bounds> ticks = guest.clocks.When(GuestClock::kMono, claim.mono_ns);
     if (!ticks) return;  // before the first reading or after the last one
     const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
     const std::optional<MonoNs> time = HostTime(host_ticks);
@@ -79,7 +72,7 @@ class Judge {
     const bool root = claim.base_id == guest.own_base_id;
     // The two counters of the root are the same one, which is known better than by way of the host.
     const std::optional<Bounds> truth =
-        root ? guest.clocks.At(Clock::kRaw, *ticks) : BaseAt(claim.base_id, host_ticks);
+        root ? guest.clocks.At(GuestClock::kRaw, *ticks) : run_.BaseAt(claim.base_id, host_ticks);
     const Verdict verdict = JudgeInterval(truth, claim.base_ns, claim.half_width_ns);
     if (root) {
       phase.own.Count(verdict);
@@ -96,15 +89,15 @@ class Judge {
 
   // UNIX time of the root, which is the server of chronyd in the guest.
   void OnUtcClaim(const Guest& guest, const Guest::UtcClaim& claim) {
-    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, claim.mono);
+    const std::optional<Bounds> ticks = guest.clocks.When(GuestClock::kMono, claim.mono);
     if (!ticks) return;
     const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
     const std::optional<MonoNs> time = HostTime(host_ticks);
-    const std::optional<Bounds> own = guest.clocks.At(Clock::kUtc, *ticks);
+    const std::optional<Bounds> own = guest.clocks.At(GuestClock::kUtc, *ticks);
     if (!time || !own) return;
     PhaseFigures& phase = PhaseAt(*time);
     for (const Guest& root : run_.guests) {
-      const auto server = root.clocks.At(Clock::kUtc, GuestRun::OnGuest(root, host_ticks));
+      const auto server = root.clocks.At(GuestClock::kUtc, GuestRun::OnGuest(root, host_ticks));
       if (root.own_base_id == 0 || !server) continue;
       const Bounds error = own->Minus(*server);
       phase.utc.Count(JudgeInterval(error, 0, claim.half_width));
@@ -115,13 +108,13 @@ class Judge {
   // The claim of UNIX time that a message states beside that of the base.
   void OnUtc(const Guest& guest, const time_quality_t& message) {
     if (message.utc_grade == time_quality_t::GRADE_NONE || message.utc_half_width_ns < 0) return;
-    const std::optional<Bounds> ticks = guest.clocks.When(Clock::kMono, message.mono_ns);
+    const std::optional<Bounds> ticks = guest.clocks.When(GuestClock::kMono, message.mono_ns);
     if (!ticks) return;
     const Bounds host_ticks = GuestRun::OnHost(guest, *ticks);
     const std::optional<MonoNs> time = HostTime(host_ticks);
     if (!time) return;
     for (const Guest& root : run_.guests) {
-      const auto server = root.clocks.At(Clock::kUtc, GuestRun::OnGuest(root, host_ticks));
+      const auto server = root.clocks.At(GuestClock::kUtc, GuestRun::OnGuest(root, host_ticks));
       if (root.own_base_id == 0 || !server) continue;
       PhaseAt(*time).utc_published.Count(JudgeInterval(server, message.utc_ns, message.utc_half_width_ns));
     }
@@ -133,8 +126,8 @@ class Judge {
     if (!cause) return;
     phase.last = std::max(phase.last, time - *cause);
     if (time <= *cause + kWithdrawal) return;
-    const auto from = run_.host.When(Clock::kMono, *cause - kSecond);
-    const auto until = run_.host.When(Clock::kMono, time);
+    const auto from = run_.host.When(GuestClock::kMono, *cause - kSecond);
+    const auto until = run_.host.When(GuestClock::kMono, time);
     if (!from || !until) return;
     const MonoNs gap =
         guest.clocks.LongestGap(GuestRun::OnGuest(guest, *from).lowest, GuestRun::OnGuest(guest, *until).highest);
@@ -147,10 +140,10 @@ class Judge {
     MonoNs mono = 0;
     Bounds host_ticks;
   };
-  [[nodiscard]] static std::optional<Reading> ReadingAt(const Guest& guest, Ticks host_ticks) {
-    const auto mono = guest.clocks.At(Clock::kMono, GuestRun::OnGuest(guest, {host_ticks, host_ticks}));
+  [[nodiscard]] static std::optional<Reading> ReadingAt(const Guest& guest, CpuTicks host_ticks) {
+    const auto mono = guest.clocks.At(GuestClock::kMono, GuestRun::OnGuest(guest, {host_ticks, host_ticks}));
     if (!mono) return std::nullopt;
-    const auto ticks = guest.clocks.When(Clock::kMono, mono->lowest);
+    const auto ticks = guest.clocks.When(GuestClock::kMono, mono->lowest);
     if (!ticks) return std::nullopt;
     return Reading{mono->lowest, GuestRun::OnHost(guest, *ticks)};
   }
@@ -160,18 +153,18 @@ class Judge {
     TimeBase consumer;
     for (const Guest::Message& message : at.messages) {
       consumer.OnTime(message.time, message.received);
-      const std::optional<Bounds> ticks = at.clocks.When(Clock::kMono, message.received);
+      const std::optional<Bounds> ticks = at.clocks.When(GuestClock::kMono, message.received);
       if (!ticks) continue;
-      const Ticks now = GuestRun::OnHost(at, *ticks).lowest;
+      const CpuTicks now = GuestRun::OnHost(at, *ticks).lowest;
       for (int i = 0; i < options_.queries; ++i) Ask(consumer, message.received, now);
     }
   }
 
   // For readings of two guests in the last 1.2 s, at most 2 ms apart.
-  void Ask(const TimeBase& consumer, MonoNs received, Ticks now) {
+  void Ask(const TimeBase& consumer, MonoNs received, CpuTicks now) {
     const Guest& of = Pick();
     const Guest& to = Pick();
-    const Ticks then = now - Later(0, 1.2);
+    const CpuTicks then = now - Later(0, 1.2);
     const std::optional<Reading> reading = ReadingAt(of, then);
     if (!reading) return;
     const std::optional<MonoNs> time = HostTime(reading->host_ticks);
@@ -179,11 +172,12 @@ class Judge {
     PhaseFigures& phase = PhaseAt(*time);
     Verdicts& verdicts = IsBeyond(*time) ? phase.beyond : phase.instants;
     const TimeBase::Instant base = consumer.OnBase(of.clock_id, reading->mono, received);
-    if (base) verdicts.Count(JudgeInterval(BaseAt(base.base_id, reading->host_ticks), base.ns, base.half_width_ns));
+    if (base)
+      verdicts.Count(JudgeInterval(run_.BaseAt(base.base_id, reading->host_ticks), base.ns, base.half_width_ns));
     if (&to == &of) return;
     const TimeBase::Instant there = consumer.OnClock(to.clock_id, of.clock_id, reading->mono, received);
     if (there) {
-      const auto truth = to.clocks.At(Clock::kMono, GuestRun::OnGuest(to, reading->host_ticks));
+      const auto truth = to.clocks.At(GuestClock::kMono, GuestRun::OnGuest(to, reading->host_ticks));
       verdicts.Count(JudgeInterval(truth, there.ns, there.half_width_ns));
     }
     const std::optional<Reading> other = ReadingAt(to, then + Later(-0.002, 0.002));
@@ -201,7 +195,7 @@ class Judge {
     return run_.guests[std::uniform_int_distribution<std::size_t>(0, run_.guests.size() - 1)(random_)];
   }
   // A random time in ticks.
-  Ticks Later(double least_seconds, double most_seconds) {
+  CpuTicks Later(double least_seconds, double most_seconds) {
     const ClockReading& first = run_.host.readings().front();
     const ClockReading& last = run_.host.readings().back();
     const double per_second =

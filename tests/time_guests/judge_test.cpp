@@ -10,7 +10,7 @@ namespace {
 
 using Q = time_quality_t;
 
-constexpr Ticks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
+constexpr CpuTicks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
 constexpr MonoNs kHalfWidth = 700 * kMicrosecond;
 constexpr MonoNs kFromMiddle = 200 * kMicrosecond;  // the truth
 constexpr std::int64_t kBase = 9;
@@ -25,7 +25,7 @@ MonoNs Utc(const Guest& guest, MonoNs time) {
 }
 
 ClockReading ReadingAt(const Guest& guest, MonoNs time) {
-  const Ticks ticks = 2 * time + guest.ticks_ahead.lowest;
+  const CpuTicks ticks = 2 * time + guest.ticks_ahead.lowest;
   return {ticks - 100, Mono(guest, time), Raw(guest, time), Utc(guest, time), ticks + 100};
 }
 

@@ -6,33 +6,17 @@
 // end; or if fewer than N intervals of a guest that is not the root were judged, or no instants were compared. --shift moves
 // every such interval first: the check must then fail.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cinttypes>
 #include <cstdint>
 #include <cstdio>
 #include <string>
 #include <vector>
 
+#include "tests/time_guests/figures.h"
 #include "tests/time_guests/judge.h"
 
 namespace axlecast {
 namespace {
-
-double Milliseconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-6; }
-
-std::int64_t Percentile(std::vector<std::int64_t> values, std::size_t percent) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) * percent / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-void Print(const char* what, const Verdicts& verdicts) {
-  if (verdicts.holds + verdicts.misses + verdicts.undecided + verdicts.unjudged == 0) return;
-  std::printf("  %-34s %6" PRId64 " hold the truth, %" PRId64 " miss it, %" PRId64
-              " within the oracle's error, %" PRId64 " outside of its readings\n",
-              what, verdicts.holds, verdicts.misses, verdicts.undecided, verdicts.unjudged);
-}
 
 void Print(const PhaseFigures& phase) {
   std::printf("%s\n", phase.name.c_str());

@@ -1,4 +1,4 @@
-// Runs in a guest: writes every TIME message that arrives to an LCM log, whose times are CLOCK_MONOTONIC in us instead of UNIX time, which
+// Runs in a guest: writes every TIME, POSITION and POSITION_SET message that arrives to an LCM log, whose times are CLOCK_MONOTONIC in us instead of UNIX time, which
 // the test steps. Ends when it is killed; the log is complete up to the newest message.
 //
 //   time_listener URL FILE
@@ -23,7 +23,7 @@ int Run(const char* url, const char* path) {
   LogEncoder log;
   bool written = true;
   LcmPort port(url, "");
-  port.Subscribe("TIME/.*", [&](const std::string& channel, Bytes message) {
+  port.Subscribe("(TIME|POSITION|POSITION_SET)/.*", [&](const std::string& channel, Bytes message) {
     const Bytes record = log.Add({.utime = clock.Now() / kMicrosecond, .channel = channel, .data = message});
     written = std::fwrite(record.data(), 1, record.size(), file) == record.size() && std::fflush(file) == 0;
   });
