@@ -49,8 +49,8 @@ if(AXLECAST_TESTS)
 endif()
 
 # axlecast_library_headers(TARGET): with AXLECAST_UNITY, compiles the standard library and nlohmann/json once for all libraries
-# of this folder and below: they are a quarter of the time of a library's file. clang-tidy compiles without them
-# (tests/lint/tidy.py), so that a missing include is still found.
+# of this folder and below: they are a quarter of the time of a library's file. `tools/campaign tidy` compiles each
+# file alone without them, so that a missing include is still found.
 macro(axlecast_library_headers target)
   if(AXLECAST_UNITY)
     file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/library_headers.cpp CONTENT "")

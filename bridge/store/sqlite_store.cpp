@@ -53,7 +53,7 @@ std::int64_t MetaInteger(Database& database, const char* key) {
   return rows.Next() ? rows.Integer(0) : 0;
 }
 
-std::int64_t RandomId() {
+std::int64_t RandomStoreId() {
   std::random_device device;
   const std::uint64_t bits = (std::uint64_t{device()} << 32U) | device();
   return static_cast<std::int64_t>(bits >> 1U) | 1;
@@ -131,7 +131,7 @@ Result<> JournalGuard::Begin(Database& database) {
   changes_ = MetaInteger(database, kChangesKey);
   id_ = MetaInteger(database, kIdKey);
   if (id_ != 0) return {};
-  id_ = RandomId();
+  id_ = RandomStoreId();
   const bool written = database.Transact([&] {
     return database.Execute(kSetMeta, {std::string_view(kIdKey), id_});
   });

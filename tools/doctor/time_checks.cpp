@@ -43,7 +43,7 @@ bool IsFast(const MachineConfig& machine) {
   });
 }
 
-const HostProcess* TimeKeeper(const HostFacts& host) {
+const HostProcess* KeeperOfUtc(const HostFacts& host) {
   // As truncated in /proc/PID/comm.
   static constexpr std::array<std::string_view, 6> kKeepers = {"systemd-timesyn", "chronyd", "ntpd",
                                                                "ntpsec",          "phc2sys", "ptp4l"};
@@ -119,7 +119,7 @@ Symptoms CheckClockSync(const MachineConfig&, const HostFacts& host) {
              .fixes = {Manual("chronyc sources    # shows its servers")}}};
   }
   if (!host.clock.known || host.clock.synchronised) return {};
-  const HostProcess* const keeper = TimeKeeper(host);
+  const HostProcess* const keeper = KeeperOfUtc(host);
   if (keeper == nullptr) {
     return {{.found = "nothing keeps this host's clock in step: no timesyncd, chrony or ntpd runs",
              .fixes = {Manual("apt install systemd-timesyncd"), Manual("timedatectl set-ntp true")}}};
@@ -159,7 +159,7 @@ std::string ClockText(const HostFacts& host) {
            Text("%.3f", static_cast<double>(claim.half_width_ns) * 1e-6) + " ms";
   }
   if (!host.clock.known || !host.clock.synchronised) return "not kept by a program that the kernel knows of";
-  const HostProcess* const keeper = TimeKeeper(host);
+  const HostProcess* const keeper = KeeperOfUtc(host);
   return "kept by " + (keeper == nullptr ? "a program that is not visible here" : keeper->name) +
          ", which states no bound of its error";
 }
