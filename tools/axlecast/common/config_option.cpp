@@ -44,7 +44,7 @@ std::string ConfigOption::File() const {
   return "";
 }
 
-Result<MachineConfig> ConfigOption::Load() const {
+Result<MachineConfig> ConfigOption::Load(std::string_view only_bus) const {
   const std::string file = File();
   if (file.empty()) {
     return Failure(
@@ -53,7 +53,7 @@ Result<MachineConfig> ConfigOption::Load() const {
         "/etc/axlecast/machine.yaml\n");
   }
   ConfigErrors errors(file);
-  std::optional<MachineConfig> machine = LoadConfig(file, errors);
+  std::optional<MachineConfig> machine = LoadConfig(file, errors, only_bus);
   if (!machine) return Failure(errors.Text());
   return *std::move(machine);
 }

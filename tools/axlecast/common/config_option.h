@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,8 +29,8 @@ class ConfigOption {
   // Returns the file, or an empty text if none is given and no default exists.
   [[nodiscard]] std::string File() const;
 
-  // Reads and checks the file. An error contains one or more lines, each with its newline.
-  [[nodiscard]] Result<MachineConfig> Load() const;
+  // Reads and checks the file; with `only_bus`, only the part of this bus. An error contains one or more lines, each with its newline.
+  [[nodiscard]] Result<MachineConfig> Load(std::string_view only_bus = {}) const;
   // Prints an error of Load to standard error. Returns the exit code: kExitUsage if there is no file, else kExitBad.
   [[nodiscard]] int Fail(const Error& error) const;
 

@@ -53,6 +53,10 @@ class SimulateCommand : public ::testing::Test {
   }
 
   const TemporaryFolder folder_;
+  void AddBusWithAnError() {
+    std::ofstream(file_, std::ios::app) << "  rs485-2: {family: tfromat, devices: {axis3: {}}}\n";
+  }
+
   const std::string file_ = folder_.path() + "/machine.yaml";
   std::string errors_;
 };
@@ -74,6 +78,30 @@ TEST_F(SimulateCommand, AnInterfaceIsForARunOnly) {
     words.insert(words.end(), other.begin(), other.end());
     EXPECT_EQ(Run(words), kExitUsage) << other[0];
   }
+}
+
+// As its driver: the file of a machine with 300 buses is read by 300 simulators.
+TEST_F(SimulateCommand, ARunOfOneBusReadsOnlyThePartOfThisBus) {
+  AddBusWithAnError();
+  EXPECT_EQ(Run({"--bus", "rs485-1", "--on", "can1"}), kExitUsage);
+  EXPECT_THAT(errors_, HasSubstr("bus rs485-1 is no CAN bus"));
+}
+
+TEST_F(SimulateCommand, EveryOtherUseReadsTheWholeFile) {
+  AddBusWithAnError();
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"--bus", "rs485-2"},
+                                             {"--bus", "rs485-0", "--bus", "rs485-1"},
+                                             {"--bus", "rs485-1", "--show"},
+                                             {"--bus", "rs485-1", "--plug"}}) {
+    EXPECT_EQ(Run(words), kExitBad) << words.back();
+    EXPECT_THAT(errors_, HasSubstr("'tfromat' is not one of")) << words.back();
+  }
+}
+
+TEST_F(SimulateCommand, AnUnknownBusIsAMistakeOfTheCommandLine) {
+  EXPECT_EQ(Run({"--bus", "rs485-9"}), kExitUsage);
+  EXPECT_THAT(errors_, HasSubstr("no bus 'rs485-9'"));
 }
 
 TEST_F(SimulateCommand, HelpIsNoError) { EXPECT_EQ(Run({"--help"}), kExitDone); }
