@@ -2,7 +2,9 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -53,6 +55,14 @@ struct SenderAddress {
   }
 
   auto operator<=>(const SenderAddress&) const = default;
+};
+
+// For std::unordered_map.
+struct SenderHash {
+  [[nodiscard]] std::size_t operator()(const SenderAddress& sender) const {
+    const std::string_view bytes(reinterpret_cast<const char*>(sender.address.data()), sender.address.size());
+    return std::hash<std::string_view>()(bytes) * 31 + sender.port;
+  }
 };
 
 // Returns "192.168.5.1:40001" or "[fd00::1]:40001".

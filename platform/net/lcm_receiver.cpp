@@ -1,17 +1,10 @@
 #include "platform/net/lcm_receiver.h"
 
+#include <optional>
 #include <utility>
 
 namespace axlecast {
 namespace {
-
-bool Matches(const std::regex& pattern, const std::string& name) {
-  try {
-    return std::regex_match(name, pattern);
-  } catch (const std::regex_error&) {
-    return false;  // too complex for this name
-  }
-}
 
 constexpr MonoNs kCountDrops = 100 * kMillisecond;
 constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // every process that uses liblcm sends itself one
@@ -19,12 +12,9 @@ constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // every process that u
 }  // namespace
 
 bool ChannelSubscriptions::Add(const std::string& pattern, Handler handler) {
-  try {
-    subscriptions_.push_back(
-        {std::regex(pattern, std::regex::ECMAScript | std::regex::optimize), std::move(handler)});
-  } catch (const std::regex_error&) {
-    return false;
-  }
+  std::optional<ChannelPattern> channels = ChannelPattern::Of(pattern);
+  if (!channels) return false;
+  subscriptions_.push_back({*std::move(channels), std::move(handler)});
   remembered_.assign(kRememberedNames, {});
   return true;
 }
@@ -44,7 +34,7 @@ const ChannelSubscriptions::Remembered& ChannelSubscriptions::Find(std::string_v
   if (!channel.starts_with(prefix_)) return place;
   place.name = channel.substr(prefix_.size());
   for (std::size_t i = 0; i < subscriptions_.size(); ++i) {
-    if (Matches(subscriptions_[i].pattern, place.name)) place.matching.push_back(static_cast<std::uint16_t>(i));
+    if (subscriptions_[i].pattern.Matches(place.name)) place.matching.push_back(static_cast<std::uint16_t>(i));
   }
   return place;
 }

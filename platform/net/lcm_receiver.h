@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/inline_bytes.h"
+#include "platform/net/channel_pattern.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/multicast_port.h"
 #include "platform/net/udpm_receiver.h"
@@ -39,7 +39,7 @@ class ChannelSubscriptions {
 
  private:
   struct Subscription {
-    std::regex pattern;
+    ChannelPattern pattern;
     Handler handler;
   };
   struct Remembered {

@@ -1,6 +1,7 @@
 #include "platform/net/udpm_receiver.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 namespace axlecast {
@@ -339,8 +340,9 @@ std::vector<SenderCount> UdpmReceiver::senders() const {
     counts.push_back(
         {address, sender.received, sender.numbers.lost() - fragments_.awaited(address), sender.numbers.repeated()});
   }
-  std::stable_sort(counts.begin(), counts.end(),
-                   [](const SenderCount& one, const SenderCount& other) { return one.lost > other.lost; });
+  std::sort(counts.begin(), counts.end(), [](const SenderCount& one, const SenderCount& other) {
+    return std::tie(other.lost, one.sender) < std::tie(one.lost, other.sender);
+  });
   return counts;
 }
 

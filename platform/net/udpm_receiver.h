@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <variant>
 #include <vector>
 
@@ -227,7 +228,7 @@ class UdpmReceiver {
   void OnPacket(const Datagram& datagram, const ShortPacket& packet, const Sink& sink);
   void OnPacket(const Datagram& datagram, const FragmentPacket& packet, const Sink& sink);
 
-  std::map<SenderAddress, Sender> senders_;
+  std::unordered_map<SenderAddress, Sender, SenderHash> senders_;
   std::list<SenderAddress> strangers_;    // the sender that is silent for longest is first
   std::list<SenderAddress> established_;  // likewise
   FragmentStore fragments_;
