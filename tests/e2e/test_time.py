@@ -33,7 +33,7 @@ class TwoHosts(Machine):
         self.config = self.write(f"{one_axis()}time: {{root: {ROOT}, address: 127.0.0.1}}\n")
         self.root = self.service(ROOT)
         self.other = self.service(OTHER, *self.elsewhere())
-        self.messages = self.watch(self.config)
+        self.messages = self.watch(self.config, "--commands")
 
     def tearDown(self):
         self.other.kill()  # unshare hands no SIGTERM on
@@ -60,6 +60,33 @@ class TwoHosts(Machine):
         age = time.clock_gettime_ns(time.CLOCK_MONOTONIC) - here
         error = abs(message["base_ns"] - here - raw_ahead())
         self.assertLessEqual(error, message["half_width_ns"] + SLACK + age * SLEW_PPM // 1_000_000, message)
+
+    def test_messages_state_their_instant_on_the_base(self):
+        """Live, and from a log."""
+        log = self.folder / "hours.lcm"
+        recorder = self.start("record", BIN / "axlecast", "record", log, "--config", self.config)
+        self.wait_claim(OTHER)
+        live = [wait_for(lambda: next((m for m in reversed(self.messages.of(f"TIME/{host}")) if m.get("on_base")), None), "an instant on the base")
+                for host in (ROOT, OTHER)]
+        recorder.terminate()
+        self.assertEqual(recorder.wait(), 0, self.log("record"))
+        code, lines, err = self.axlecast("log", "cat", log)
+        self.assertEqual(code, 0, err)
+        logged = [m for m in map(json.loads, lines.splitlines()) if m["channel"].startswith("TIME/") and m["half_width_ns"] >= 0]
+        self.assertEqual({m["host"] for m in logged}, {ROOT, OTHER})
+        for message in live + logged:
+            self.assertEqual(message["on_base"]["base_id"], message["base_id"])
+            self.assertLessEqual(abs(message["on_base"]["ns"] - message["base_ns"]), message["half_width_ns"])
+
+    def test_a_permit_states_its_instant_on_the_base(self):
+        """As a driver on the other host needs it."""
+        self.wait_claim(OTHER)
+        ids = {m["base_id"] for m in self.claims(ROOT)}
+        self.start("permit", BIN / "axlecast", "permit", "axis1", "zero_single_turn", "--config", self.config)
+        body = wait_for(lambda: next((m["permit_decoded"] for m in self.messages.of("PERMIT/axis1")
+                                      if m["permit_decoded"]["base_id"] in ids), None), lambda: f"a permit with the base: {self.log('permit')}")
+        error = abs(body["issued_base_ns"] - body["issued_mono_ns"] - raw_ahead())
+        self.assertLessEqual(error, body["issued_half_width_ns"] + SLACK + SLEW_PPM * 10_000)
 
     def test_every_interval_holds_the_truth(self):
         self.wait_claim(OTHER)

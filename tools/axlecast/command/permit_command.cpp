@@ -2,16 +2,22 @@
 #include "tools/axlecast/common/subcommands.h"
 
 #include <CLI/CLI.hpp>
+#include <axlecast/time_quality_t.hpp>
 #include <iostream>
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "client/axlecast/permit_issuer.h"
+#include "client/axlecast/time_base.h"
 #include "client/command/signed_messages.h"
 #include "core/command/keys.h"
+#include "core/messages/message.h"
+#include "core/messages/origin.h"
+#include "platform/net/lcm_port.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
@@ -51,12 +57,37 @@ Result<> CheckKey(const MachineConfig& machine, const ClientSettings& settings) 
                  ": permits need a key of role control");
 }
 
-int Issue(PermitIssuer& issuer, const Options& options) {
+// Receives the claims about the machine's time base, if it has one.
+class BaseReception {
+ public:
+  explicit BaseReception(const MachineConfig& machine) : time_(NameHash(machine.machine)) {
+    if (!machine.time.root.empty()) port_.emplace(machine.lcm.url, machine.lcm.prefix, machine.machine);
+  }
+
+  [[nodiscard]] Result<> Open() {
+    if (!port_) return {};
+    const bool subscribed = port_->Subscribe("TIME/.*", [this](const std::string&, Bytes message) {
+      if (const auto time = DecodeMessage<time_quality_t>(message)) time_.OnTime(*time, clock_.Now());
+    });
+    return subscribed ? Result<>() : Failure(port_->problem());
+  }
+  // Takes what has arrived. Returns false if nothing can be received any more.
+  [[nodiscard]] bool Take() { return !port_ || port_->Handle(0); }
+  [[nodiscard]] const TimeBase& time() const { return time_; }
+
+ private:
+  const SystemClock clock_{};
+  std::optional<LcmPort> port_;
+  TimeBase time_;
+};
+
+int Issue(PermitIssuer& issuer, BaseReception& base, const Options& options) {
   const SystemClock clock;
   const StopSignal stop;
   const MonoNs start = clock.Now();
   std::cerr << "permits for " << options.device << " are being sent; Ctrl-C ends them\n";
   while (static_cast<double>(clock.Now() - start) * 1e-9 < options.seconds) {
+    if (!base.Take()) return Fail("no message of the time base can be received any more", kExitBad);
     if (!issuer.Allow(options.device, options.operations, kValidMs))
       return Fail(ErrorText(issuer.state()), kExitBad);
     if (stop.Wait(kRefreshMs)) break;
@@ -72,9 +103,11 @@ int Permit(const MachineConfig& machine, const Options& options) {
   }
   const ClientSettings settings = OperatorSettings(machine, options.key, Role::kControl);
   if (const auto usable = CheckKey(machine, settings); !usable) return Fail(usable.error().text, kExitBad);
-  PermitIssuer issuer(settings);
+  BaseReception base(machine);
+  if (const Result<> open = base.Open(); !open) return Fail(open.error().text, kExitBad);
+  PermitIssuer issuer(settings, {.time = &base.time()});
   if (const Result<> usable = issuer.state(); !usable) return Fail(usable.error().text, kExitBad);
-  return Issue(issuer, options);
+  return Issue(issuer, base, options);
 }
 
 }  // namespace

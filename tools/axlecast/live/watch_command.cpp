@@ -205,7 +205,7 @@ class Watch {
  private:
   void OnMessage(const std::string& channel, Bytes message) {
     if (done_) return;
-    const std::optional<std::string> line = messages_.On(channel, message);
+    const std::optional<std::string> line = messages_.On(channel, message, clock_.Now());
     if (!line) return;
     reader_gone_ = !screen_ && !WriteOut(*line);
     done_ = reader_gone_ || (options_.count > 0 && messages_.shown() >= options_.count);
@@ -290,13 +290,14 @@ int RunWatch(const WatchOptions& options) {
 
 }  // namespace
 
-std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes message) {
+std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes message, MonoNs now) {
+  if (json_ && channel.find("TIME/") != std::string::npos) base_.Take(message, now);
   if (!Matches(channel_, channel)) {
     if (shown_ == 0 && others_.size() < kOthersKept) others_.insert(channel);
     return std::nullopt;
   }
   std::string type;
-  const std::optional<Json> json = DecodeToJson(message, &type);
+  std::optional<Json> json = DecodeToJson(message, &type);
   if (!json || !json->contains("seq")) {
     ++unknown_;
     return std::nullopt;
@@ -305,7 +306,10 @@ std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes me
   const std::string newest = json_ ? "" : Describe(type, message, *json);
   Count(channel, static_cast<std::int64_t>(std::stoull(json->at("boot_id").get<std::string>(), nullptr, 16)),
         json->at("seq").get<std::int64_t>(), newest);
-  if (json_) return Line(channel, type, *json);
+  if (json_) {
+    base_.Add(*json, now);
+    return Line(channel, type, *json);
+  }
   return Time(*json) + ' ' + Printable(channel) + "  " + newest + '\n';
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/time.h"
 #include "core/messages/sequence_count.h"
+#include "tools/axlecast/common/on_base.h"
 
 namespace axlecast {
 
@@ -24,7 +25,8 @@ class MessageWatch {
   MessageWatch(std::regex channel, bool json) : channel_(std::move(channel)), json_(json) {}
 
   // Returns the line of one message with its newline, or nothing if its channel is not selected or its type is unknown.
-  [[nodiscard]] std::optional<std::string> On(const std::string& channel, Bytes message);
+  // `now`: CLOCK_MONOTONIC.
+  [[nodiscard]] std::optional<std::string> On(const std::string& channel, Bytes message, MonoNs now = 0);
 
   [[nodiscard]] std::int64_t shown() const { return shown_; }
   [[nodiscard]] std::size_t channels() const { return channels_.size(); }
@@ -55,6 +57,7 @@ class MessageWatch {
   std::int64_t shown_ = 0;
   std::int64_t unknown_ = 0;
   std::int64_t uncounted_ = 0;  // messages of further channels
+  OnBase base_;
   MonoNs window_ = 0;
 };
 

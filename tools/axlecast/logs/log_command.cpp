@@ -67,8 +67,10 @@ int RunLogCat(LogCatOptions& options) {
     return Fail(parsed.error().text, kExitUsage);
   std::string lines;
   bool has_reader = true;
+  OnBase base;
   input.Read("", [&](const LogEvent& event, std::size_t) {
-    if (options.filter.Matches(event)) lines += EventLine(event, options.raw);
+    if (event.channel.find("TIME/") != std::string_view::npos) base.Take(event.data, ArrivalOf(event));
+    if (options.filter.Matches(event)) lines += EventLine(event, options.raw, base);
     if (lines.size() < kBuffer) return true;
     has_reader = WriteOut(lines);
     lines.clear();

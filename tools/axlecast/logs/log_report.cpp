@@ -217,11 +217,18 @@ Json SummaryJson(const std::string& file, std::size_t bytes, const LogSummary& s
   return json;
 }
 
-std::string EventLine(const LogEvent& event, bool raw) {
+MonoNs ArrivalOf(const LogEvent& event) {
+  constexpr std::int64_t kLatest = INT64_MAX / 16 / kMicrosecond;  // a greater number is a damaged one
+  return std::clamp<std::int64_t>(event.utime, 0, kLatest) * kMicrosecond;
+}
+
+std::string EventLine(const LogEvent& event, bool raw, const OnBase& base) {
   Json line = {{"number", event.number}, {"received_utime", event.utime}, {"channel", event.channel}};
   if (raw || !AddContent(event, line)) {
     line["size"] = event.data.size();
     line["data"] = HexDigits(event.data);
+  } else {
+    base.Add(line, ArrivalOf(event));
   }
   return JsonLine(line) + '\n';
 }

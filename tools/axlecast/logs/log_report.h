@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/messages/sequence_count.h"
+#include "tools/axlecast/common/on_base.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_reader.h"
 
@@ -101,10 +103,13 @@ struct LogSummary {
 // Returns {"offset": 1234, "bytes": 57} for each region.
 [[nodiscard]] nlohmann::ordered_json DamageJson(const std::vector<LogReader::Damage>& damage);
 
+// Returns when an event was received, for OnBase: the clock of a log.
+[[nodiscard]] MonoNs ArrivalOf(const LogEvent& event);
+
 // Returns an event as one line of JSON, with the newline. It contains number, received_utime and channel, and then:
-// - type and fields of a message of an axlecast type
+// - type and fields of a message of an axlecast type, and its instant on the time base as far as `base` knows it
 // - the text of a header event, or the fields of a seal
 // - of any other event, and with `raw` of every event: its size, and its data in hex
-[[nodiscard]] std::string EventLine(const LogEvent& event, bool raw);
+[[nodiscard]] std::string EventLine(const LogEvent& event, bool raw, const OnBase& base = {});
 
 }  // namespace axlecast
