@@ -424,7 +424,8 @@ class Interpreter {
 // - The first request is ID 3: after a start, after the link came up, after the encoder was gone, and after an unfinished
 //   reset sequence. Therefore nine requests of an earlier process are never completed by a tenth.
 // - While a late reply could be mistaken for the reply to a request (StaleReplyGuard), ID 0 is requested, which also
-//   contains the position. If ID 0 may not be requested either, or the encoder is silent, ID 2 tests whether it answers.
+//   contains the position. Between slots, nothing is requested instead: the replacement would have no pause. If ID 0
+//   may not be requested either, or the encoder is silent, ID 2 tests whether it answers.
 //   After the start of the process, the test reads an EEPROM cell that differs from start to start.
 // - Nothing is transmitted while the encoder may transmit: after an unclear exchange, the line must be idle first.
 // - A reading that failed is repeated once at once, then in the next slot.
@@ -442,7 +443,7 @@ class TFormatDevice final : public CommandDevice<Procedure> {
     if (exchange == nullptr || slot.pending == nullptr || (of_procedure && runner_.procedure().exclusive()))
       return step;
     if (silent_ >= kSilent && !of_procedure) return WatchStep(slot);
-    return slot.MaySend(*exchange) ? step : OtherStep(slot);
+    return slot.MaySend(*exchange) || !slot.poll_due ? step : OtherStep(slot);
   }
   void OnStarted(const Step& step, MonoNs now) override {
     runner_.ExpireIfLate(now);

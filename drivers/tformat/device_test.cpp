@@ -92,22 +92,37 @@ TEST(TFormatDevice, ASimulatedWireMayBeFasterThanARealOne) {
   EXPECT_EQ(bench.output.samples.back().at, (Interval{start, start + 55 * kMicrosecond}));
 }
 
-// While the reply to ID 3 may still come late, no time is lost: ID 0 has a reply of another shape.
+// The reply to an earlier ID 3 may still come late.
+struct Id3Held final : PendingReplies {
+  [[nodiscard]] MonoNs FreeAt(const Exchange& exchange, MonoNs now) const override {
+    const Bytes request = exchange.request;
+    return ByteList(request.begin(), request.end()) == kId3 ? kNever : now;
+  }
+};
+
+// No time is lost: ID 0 has a reply of another shape.
 TEST(TFormatDevice, AsksForAnotherDataIdWhileAReplyMayStillCome) {
-  struct Outstanding final : PendingReplies {
-    [[nodiscard]] MonoNs FreeAt(const Exchange& exchange, MonoNs now) const override {
-      const Bytes request = exchange.request;
-      return ByteList(request.begin(), request.end()) == kId3 ? kNever : now;
-    }
-  };
   DeviceFixture bench;
   bench.GoOnline();
   ASSERT_EQ(bench.Offered(), kId3);
-  const Outstanding outstanding;
-  const Step step = bench.device->Next({.now = bench.now, .poll_due = true, .pending = &outstanding});
+  const Id3Held held;
+  const Step step = bench.device->Next({.now = bench.now, .poll_due = true, .pending = &held});
   ASSERT_TRUE(std::holds_alternative<Exchange>(step.action)) << "it waits";
   const Bytes request = std::get<Exchange>(step.action).request;
   EXPECT_EQ(ByteList(request.begin(), request.end()), kId0);
+}
+
+// Between two slots, a replacement would be sent again and again until ID 3 is free: 812 exchanges per second at 100 Hz.
+TEST(TFormatDevice, ReplacesARequestOnlyInASlot) {
+  DeviceFixture bench;
+  bench.GoOnline();
+  bench.Give(kId3, {});  // is repeated at once
+  if (bench.IsSilence()) bench.PassSilence();
+  const Id3Held held;
+  const Step step = bench.device->Next({.now = bench.now, .poll_due = false, .pending = &held});
+  ASSERT_TRUE(std::holds_alternative<Exchange>(step.action));
+  const Bytes request = std::get<Exchange>(step.action).request;
+  EXPECT_EQ(ByteList(request.begin(), request.end()), kId3) << "which the schedule holds until it is free";
 }
 
 TEST(TFormatDevice, ReadsId0FastAndId3EveryNth) {
