@@ -423,6 +423,7 @@ def main():
     parser.add_argument("--json", metavar="FILE", help="the figures, every pair's ratio included")
     parser.add_argument("--axes", type=lambda text: [int(word) for word in text.split(",")],
                         help="for axes: their numbers (" + ",".join(map(str, axes_bench.AXES)) + ")")
+    parser.add_argument("--axes-hz", type=float, default=100, metavar="HZ", help="for axes: readings per second of each axis (100)")
     parser.add_argument("--only", help="comma-separated: " + ", ".join(TARGETS))
     options = parser.parse_args()
     options.pairs = options.pairs or (3 if options.quick else 20)
