@@ -182,7 +182,7 @@ buses:
                         note=f"{received} of {good} readings, {exchanges} exchanges, {lost} blocks lost")
 
     def unpaced(self):
-        self.rate("unpaced", "pace: unpaced", "exchange rate, unpaced", 0.9)
+        self.rate("unpaced", "pace: unpaced", "exchange rate, unpaced", 0.95)
 
     def slots(self):
         self.rate("slots", "pace: slots, slot_us: 51", "exchange rate, 51 us slots", 0.95)
@@ -234,7 +234,7 @@ buses:
         self.stop(simulator)
         ours = [driver["cpu"] * 100 for driver, _ in pairs]
         theirs = [peer["cpu"] * 100 for _, peer in pairs]
-        self.report.add("CPU at 1 kHz poll and publish", "%", median(ours), 1.5, median(theirs),
+        self.report.add("CPU at 1 kHz poll and publish", "%", median(ours), 1.2, median(theirs),
                         [a / b for a, b in zip(ours, theirs)])
         self.report.add("resident memory", "MB", max(driver["memory_mb"] for driver, _ in pairs), 12)
 
