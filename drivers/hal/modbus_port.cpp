@@ -79,8 +79,7 @@ Result<> ModbusPort::Connect(std::int64_t baud) {
   format.baud = baud;
   // A pty refuses parity (glibc's tcsetattr reads back and reports EINVAL).
   const char parity = tty_.IsPty() ? 'N' : ParityLetter(format.parity);
-  // Opens the claimed line, because the path may lead to another terminal now.
-  const std::string line_path = "/proc/self/fd/" + std::to_string(tty_.FileDescriptor());
+  const std::string line_path = tty_.OpenPath();
   session_ = std::make_unique<Session>(
       modbus_new_rtu(line_path.c_str(), static_cast<int>(baud), parity, 8, format.stop_bits));
   if (session_->modbus == nullptr || modbus_connect(session_->modbus) != 0) return tty_.OpenFailure(errno);

@@ -101,12 +101,17 @@ Result<> Tty::Claim() {
   if (!line) return Failure(line.error());
   if (flock(line->get(), LOCK_EX | LOCK_NB) != 0) return OpenFailure(EBUSY);
   line_ = std::move(*line);
-  const std::string same_line = "/proc/self/fd/" + std::to_string(line_.get());  // the path may lead elsewhere now
-  blocking_ = Descriptor(open(same_line.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (IsPty()) return {};
   Result<> fits = CheckHardware();
   if (!fits) Release();
   return fits;
+}
+
+std::string Tty::OpenPath() const { return "/proc/self/fd/" + std::to_string(line_.get()); }
+
+int Tty::OpenBlocking() {
+  blocking_ = Descriptor(open(OpenPath().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+  return blocking_.get();
 }
 
 bool Tty::IsPty() const { return IsPtyDevice(DeviceOf(line_.get())); }
@@ -218,13 +223,14 @@ ByteLink::LineErrors Tty::Errors() const {
 
 Result<> SerialPort::Open() {
   Close();
-  Result<> opened = reader_.CheckReady()
-                        .and_then([&] { return tty_.Claim(); })
-                        .and_then([&] { return tty_.Exclude(); })
-                        .and_then([&] { return tty_.SetFormat(tty_.settings().format); })
-                        .and_then([&] { return tty_.Reset(); });
+  Result<> opened = reader_.CheckReady().and_then([&] { return tty_.Claim(); });
+  const int blocking = opened ? tty_.OpenBlocking() : -1;  // before others are excluded
+  opened = std::move(opened)
+               .and_then([&] { return tty_.Exclude(); })
+               .and_then([&] { return tty_.SetFormat(tty_.settings().format); })
+               .and_then([&] { return tty_.Reset(); });
   if (opened) {
-    reader_.Attach(tty_.FileDescriptor(), tty_.BlockingFileDescriptor());
+    reader_.Attach(tty_.FileDescriptor(), blocking);
   } else {
     Close();
   }

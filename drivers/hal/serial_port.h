@@ -39,8 +39,10 @@ class Tty {
     line_.Reset();
   }
   [[nodiscard]] int FileDescriptor() const { return line_.get(); }
-  // The same line without O_NONBLOCK, or -1 if it could not be opened a second time.
-  [[nodiscard]] int BlockingFileDescriptor() const { return blocking_.get(); }
+  // Returns a path that leads to the claimed line. The path of the settings may lead to another one since Claim.
+  [[nodiscard]] std::string OpenPath() const;
+  // Opens the claimed line a second time, without O_NONBLOCK; call it before Exclude. Release closes it. Returns -1 if that fails.
+  [[nodiscard]] int OpenBlocking();
   [[nodiscard]] bool IsPty() const;
   // Returns true if `fd` is the claimed line. The path may lead to another one since Claim.
   [[nodiscard]] bool IsBehind(int fd) const;

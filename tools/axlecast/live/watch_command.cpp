@@ -291,7 +291,7 @@ int RunWatch(const WatchOptions& options) {
 }  // namespace
 
 std::optional<std::string> MessageWatch::On(const std::string& channel, Bytes message, MonoNs now) {
-  if (json_ && channel.find("TIME/") != std::string::npos) base_.Take(message, now);
+  if (json_) base_.Take(message, now);
   if (!Matches(channel_, channel)) {
     if (shown_ == 0 && others_.size() < kOthersKept) others_.insert(channel);
     return std::nullopt;

@@ -69,7 +69,7 @@ int RunLogCat(LogCatOptions& options) {
   bool has_reader = true;
   OnBase base;
   input.Read("", [&](const LogEvent& event, std::size_t) {
-    if (event.channel.find("TIME/") != std::string_view::npos) base.Take(event.data, ArrivalOf(event));
+    base.Take(event.data, ArrivalOf(event));
     if (options.filter.Matches(event)) lines += EventLine(event, options.raw, base);
     if (lines.size() < kBuffer) return true;
     has_reader = WriteOut(lines);
