@@ -5,15 +5,14 @@
 
 #include <utility>
 
+#include "tests/time_guests/claim_of_test.h"
+
 namespace axlecast {
 namespace {
 
 using Q = time_quality_t;
 
 constexpr CpuTicks kPerMillisecond = 2'000'000;  // a counter of 2 GHz
-constexpr MonoNs kHalfWidth = 700 * kMicrosecond;
-constexpr MonoNs kFromMiddle = 200 * kMicrosecond;  // the truth
-constexpr std::int64_t kBase = 9;
 
 // What the clocks of the run show at a time of the test, in ns. The counter of each guest is the host's plus a constant.
 MonoNs HostMono(MonoNs time) { return 100 * kSecond + time; }
@@ -58,19 +57,7 @@ class JudgeTest : public ::testing::Test {
   }
 
   [[nodiscard]] time_quality_t Claim(const Guest& of, MonoNs time) const {
-    time_quality_t claim{};
-    const bool root = of.own_base_id != 0;
-    claim.host = of.host;
-    claim.clock_id = of.clock_id;
-    claim.mono_ns = Mono(of, time);
-    claim.base_id = kBase;
-    claim.base_ns = Raw(run_.guests[0], time) + (root ? 0 : kFromMiddle);
-    claim.half_width_ns = root ? 1'000 : kHalfWidth;
-    claim.growth_ppb = 1'100'000;
-    claim.valid_ms = 1'000;
-    claim.grade = Q::GRADE_PROVEN;
-    claim.source = root ? Q::SOURCE_SELF : Q::SOURCE_EXCHANGE;
-    return claim;
+    return ClaimOf(of, Mono(of, time), Raw(run_.guests[0], time));
   }
 
   void Add(MonoNs time, TestEvent::Kind kind, const char* text = "") {

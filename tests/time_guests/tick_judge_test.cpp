@@ -9,6 +9,8 @@
 #include <fstream>
 #include <utility>
 
+#include "tests/time_guests/claim_of_test.h"
+
 namespace axlecast {
 namespace {
 
@@ -16,12 +18,9 @@ using ::testing::Each;
 using ::testing::Field;
 using ::testing::SizeIs;
 
-constexpr std::int64_t kBase = 9;
 constexpr std::int64_t kCountsPerTurn = 1 << 17;
 constexpr double kRpm = 3'000;
 constexpr MonoNs kPeriod = 50 * kMillisecond;
-constexpr MonoNs kHalfWidth = 700 * kMicrosecond;   // of a claim of b
-constexpr MonoNs kFromMiddle = 200 * kMicrosecond;  // the truth, by the claims of b
 constexpr MonoNs kUncertainty = 300 * kMicrosecond;
 
 // The clocks of the run at a time of the test, in ns. The counter of each guest is the host's, which is two ticks a ns, plus a constant.
@@ -74,18 +73,7 @@ class TickJudgeTest : public ::testing::Test {
   }
 
   [[nodiscard]] time_quality_t Claim(const Guest& of, MonoNs time) const {
-    time_quality_t claim{};
-    const bool root = of.own_base_id != 0;
-    claim.host = of.host;
-    claim.clock_id = of.clock_id;
-    claim.mono_ns = Mono(of, time);
-    claim.base_id = kBase;
-    claim.base_ns = Raw(run_.guests[0], time) + (root ? 0 : kFromMiddle);
-    claim.half_width_ns = root ? 1'000 : kHalfWidth;
-    claim.growth_ppb = 1'100'000;
-    claim.valid_ms = 1'000;
-    claim.grade = time_quality_t::GRADE_PROVEN;
-    return claim;
+    return ClaimOf(of, Mono(of, time), Raw(run_.guests[0], time));
   }
 
   // Sampled `later` than the tick; the middle of the interval is 50 us earlier.
