@@ -19,8 +19,9 @@ void DriverLink::Expect(const std::vector<DeviceConfig>& devices) {
 }
 
 bool DriverLink::On(const driver_status_t& status, MonoNs now) {
+  if (status.boot_id == 0) return false;
   if (status.boot_id != boot_id_) {
-    if (status.kind != driver_status_t::KIND_HELLO || status.boot_id == 0) return false;
+    if (status.kind != driver_status_t::KIND_HELLO) return false;
     // A message of a replaced boot is late; unless its successor is silent: then it was the successor that failed.
     const bool replaced = std::find(replaced_.begin(), replaced_.end(), status.boot_id) != replaced_.end();
     if (replaced && IsPresent(now)) return false;

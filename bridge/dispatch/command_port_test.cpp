@@ -1,8 +1,12 @@
 #include "bridge/dispatch/command_port.h"
 
 #include <gtest/gtest.h>
+#include <axlecast/command_body_t.hpp>
 #include <axlecast/device_info_t.hpp>
+#include <cstring>
 #include <string>
+
+#include "core/messages/message.h"
 
 namespace axlecast {
 namespace {
@@ -61,6 +65,114 @@ TEST(DriverLinkTest, RemembersTheLastReplacedBootsAlone) {
   int remembered = 0;
   for (hello.boot_id = 999; hello.boot_id > 0 && !link.On(hello, kSecond); --hello.boot_id) ++remembered;
   EXPECT_EQ(remembered, 64);
+}
+
+driver_status_t StatusOfBoot(std::int64_t boot_id, std::int8_t kind) {
+  driver_status_t status{};
+  status.boot_id = boot_id;
+  status.kind = kind;
+  return status;
+}
+
+driver_status_t HelloOf(std::int64_t boot_id, std::int8_t state_of_axis1) {
+  driver_status_t hello = StatusOfBoot(boot_id, driver_status_t::KIND_HELLO);
+  driver_device_t device{};
+  device.device = "axis1";
+  device.state = state_of_axis1;
+  hello.devices = {device};
+  return hello;
+}
+
+class DriverLinkOfOneAxisTest : public testing::Test {
+ protected:
+  DriverLinkOfOneAxisTest() {
+    DeviceConfig axis;
+    axis.name = "axis1";
+    link_.Expect({axis});
+    link_.ListenFrom(0);
+  }
+  bool On(const driver_status_t& status, MonoNs now = kSecond) { return link_.On(status, now); }
+
+  DriverLink link_;
+};
+
+TEST_F(DriverLinkOfOneAxisTest, ABootIsKnownByItsHelloOnly) {
+  EXPECT_FALSE(On(StatusOfBoot(7, driver_status_t::KIND_STATUS)));
+  EXPECT_FALSE(On(StatusOfBoot(0, driver_status_t::KIND_HELLO)));
+  EXPECT_FALSE(link_.IsRunning());
+  EXPECT_TRUE(On(StatusOfBoot(7, driver_status_t::KIND_HELLO)));
+  EXPECT_TRUE(On(StatusOfBoot(7, driver_status_t::KIND_STATUS)));
+  EXPECT_FALSE(On(StatusOfBoot(8, driver_status_t::KIND_STATUS)));
+  EXPECT_EQ(link_.boot_id(), 7);
+}
+
+TEST_F(DriverLinkOfOneAxisTest, AfterItsGoodbyeOnlyTheStatusOfACommandCounts) {
+  ASSERT_TRUE(On(HelloOf(7, device_info_t::STATE_ONLINE)));
+  ASSERT_TRUE(On(StatusOfBoot(7, driver_status_t::KIND_GOODBYE)));
+  EXPECT_TRUE(On(StatusOfBoot(7, driver_status_t::KIND_STATUS)));
+  EXPECT_FALSE(On(StatusOfBoot(7, driver_status_t::KIND_HELLO)));
+  EXPECT_FALSE(link_.IsRunning());
+}
+
+TEST_F(DriverLinkOfOneAxisTest, ADeviceAnswersIfItIsOnlineOrDegraded) {
+  EXPECT_FALSE(link_.IsAnswering("axis1"));
+  EXPECT_FALSE(link_.IsAnswering("axis2"));
+  ASSERT_TRUE(On(HelloOf(7, device_info_t::STATE_DEGRADED)));
+  EXPECT_TRUE(link_.IsAnswering("axis1"));
+  ASSERT_TRUE(On(HelloOf(7, device_info_t::STATE_OFFLINE)));
+  EXPECT_FALSE(link_.IsAnswering("axis1"));
+  ASSERT_TRUE(On(HelloOf(7, device_info_t::STATE_ONLINE)));
+  EXPECT_TRUE(link_.IsAnswering("axis1"));
+}
+
+TEST_F(DriverLinkOfOneAxisTest, ANewBootBeginsWithoutTheStateOfTheOneBefore) {
+  ASSERT_TRUE(On(HelloOf(1, device_info_t::STATE_ONLINE)));
+  ASSERT_TRUE(On(StatusOfBoot(1, driver_status_t::KIND_GOODBYE)));
+  ASSERT_TRUE(On(StatusOfBoot(2, driver_status_t::KIND_HELLO)));
+  EXPECT_TRUE(link_.IsRunning());
+  EXPECT_FALSE(link_.IsAnswering("axis1"));
+  EXPECT_FALSE(On(StatusOfBoot(1, driver_status_t::KIND_HELLO))) << "it was replaced";
+  const MonoNs silent = kSecond + DriverLink::kAbsentAfter + 1;
+  EXPECT_TRUE(On(StatusOfBoot(1, driver_status_t::KIND_HELLO), silent)) << "its successor failed";
+  EXPECT_FALSE(On(StatusOfBoot(2, driver_status_t::KIND_HELLO), silent));
+}
+
+// ---- a second bridge ----
+
+TEST(DuplicateBridgeDetectorTest, AsksEvery100MsWhileItListens) {
+  DuplicateBridgeDetector watch(7, kSecond);
+  constexpr MonoNs kMs = kMillisecond;
+  EXPECT_TRUE(watch.Probe(kSecond));
+  EXPECT_FALSE(watch.Probe(kSecond + 99 * kMs));
+  EXPECT_TRUE(watch.Probe(kSecond + 100 * kMs));
+  EXPECT_FALSE(watch.Probe(kSecond + 101 * kMs));
+  EXPECT_TRUE(watch.Probe(kSecond + 299 * kMs));
+  EXPECT_FALSE(watch.Probe(kSecond + DuplicateBridgeDetector::kListen));
+  EXPECT_FALSE(watch.Probe(5 * kSecond));
+}
+
+TEST(DuplicateBridgeDetectorTest, AsksForACommandThatNobodyGave) {
+  constexpr std::int64_t kOwnBoot = 0x0102'0304'0506'0708;
+  DuplicateBridgeDetector watch(kOwnBoot, 0);
+  const std::optional<command_t> question = watch.Probe(0);
+  ASSERT_TRUE(question);
+  EXPECT_EQ(question->body_size, static_cast<std::int16_t>(question->body.size()));
+  const auto body = DecodeMessage<command_body_t>(question->body);
+  ASSERT_TRUE(body);
+  EXPECT_EQ(body->mode, command_body_t::MODE_QUERY);
+  EXPECT_EQ(body->valid_ms, 1);
+  EXPECT_EQ(body->expect_epoch, -1);
+  std::int64_t id = 0;
+  std::memcpy(&id, body->id, sizeof id);
+  EXPECT_EQ(id, kOwnBoot) << "two bridges ask for two commands";
+}
+
+TEST(DuplicateBridgeDetectorTest, ForgetsAnotherBridgeTenSecondsAfterItsLastMessage) {
+  DuplicateBridgeDetector watch(7, 0);
+  EXPECT_EQ(watch.Other(0), std::nullopt);
+  watch.OnOther(1, kSecond);
+  EXPECT_EQ(watch.Other(kSecond + DuplicateBridgeDetector::kForget), 1);
+  EXPECT_EQ(watch.Other(kSecond + DuplicateBridgeDetector::kForget + 1), std::nullopt);
 }
 
 }  // namespace

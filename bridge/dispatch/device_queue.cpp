@@ -79,6 +79,10 @@ bool DeviceQueue::Cancel(const CommandId& id, Timestamp now) {
   }
   const auto found = Waiting(id);
   if (found == waiting_.end()) return false;
+  if (found->recovered) {  // its driver may have executed it
+    found->cancel_asked = true;
+    return true;
+  }
   End(Take(found), S::STATE_CANCELLED, S::REASON_CANCELLED, "cancelled while it waited in the queue", now);
   return true;
 }

@@ -63,7 +63,8 @@ class DeviceQueue {
   // Takes out a command whose acceptance is being written.
   [[nodiscard]] std::optional<PendingCommand> Withdraw(const CommandId& id);
 
-  // Ends a waiting command as CANCELLED; asks the driver to give up a routed one. False when it is not here.
+  // Ends a waiting command as CANCELLED. Asks the driver to give up a command that this bridge or an earlier one has routed.
+  // Returns false if the command is not in the queue.
   bool Cancel(const CommandId& id, Timestamp now);
   // A status from the driver's boot `status.boot_id` that DriverLink let pass.
   void OnStatus(const driver_status_t& status, Timestamp now);

@@ -388,7 +388,26 @@ void Dispatcher::EndOutcomeCheck(const PendingCommand& pending, Timestamp now) {
   if (known == nullptr) return;
   command_status_t outcome = known->latest;
   AddCheckedOutcome(pending, outcome);
+  const bool certain = outcome.finding != S::FINDING_CANNOT_TELL || pending.status.state == S::STATE_SUCCEEDED;
+  if (pending.queries_driver && certain) TakeLateOutcome(pending, outcome, now);
   Conclude(outcome, now);
+}
+
+// A driver that had been silent has reported its own outcome. What it changed must outlive it, as after an outcome in time.
+void Dispatcher::TakeLateOutcome(const PendingCommand& check, command_status_t& outcome, Timestamp now) {
+  PendingCommand command;
+  command.id = check.about;
+  command.device = check.device;
+  command.operation = check.about_operation;
+  command.arguments = check.about_arguments;
+  command.who = check.who;
+  command.reason = check.reason;
+  command.status = check.status;
+  command.status.operation = outcome.operation;
+  command.status.text.clear();
+  if (const DeviceConfig* device = machine_.FindDevice(check.device)) axes_.OnOutcome(*device, command, now);
+  marks_.OnOutcome(command);
+  outcome.text = CappedText(outcome.text + command.status.text, kTextBytes);  // that the journal could not keep it
 }
 
 DeviceQueue& Dispatcher::QueueOf(Bus& bus, const std::string& device, const OperationSpec* operation) {

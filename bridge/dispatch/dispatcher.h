@@ -131,6 +131,7 @@ class Dispatcher final : private DeviceQueueListener {
   void EndCommand(PendingCommand pending, Timestamp now);
   void BeginOutcomeCheck(const PendingCommand& pending, command_status_t& status, Timestamp now);
   void EndOutcomeCheck(const PendingCommand& pending, Timestamp now);
+  void TakeLateOutcome(const PendingCommand& check, command_status_t& outcome, Timestamp now);
   void Conclude(const command_status_t& status, Timestamp now);
   void PublishOutcome(UnpublishedOutcome& outcome);
   void PublishOverdue();

@@ -173,6 +173,51 @@ TEST_F(DispatcherTest, ADriverThatWasSilentIsAskedWhenItIsHeardAgain) {
   EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
 }
 
+// The driver has the new datum, and loses it when it ends: the journal must have it by then.
+TEST_F(DispatcherTest, ADatumThatASilentDriverHasSetIsKept) {
+  command_body_t body = Body(1, "set_datum");
+  body.arguments = {{"counts", "73"}};
+  body.n_arguments = 1;
+  Send(body);
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  Hello(kDriver);
+  Report(Orders().at(0), S::STATE_SUCCEEDED, {{"datum_counts", "", "73"}});
+  EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
+  const auto datum = store_.Find("axis1").datum;
+  ASSERT_TRUE(datum);
+  EXPECT_EQ(datum->counts, 73);
+  EXPECT_EQ(datum->command, NumberedId(1));
+}
+
+TEST_F(DispatcherTest, ADatumThatASilentDriverHasClearedIsVoid) {
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5}));
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  sink_.Clear();
+  command_body_t body = Body(1, "clear_datum");
+  body.bridge_boot_id = kBoot + 1;
+  Send(body);
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  Hello(kDriver);
+  Report(Orders().at(0), S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().finding, S::FINDING_EFFECT_SEEN);
+  EXPECT_FALSE(store_.Find("axis1").datum);
+}
+
+TEST_F(DispatcherTest, AnAlarmThatASilentDriverHasShelvedIsKept) {
+  command_body_t body = Body(1, "shelve_alarm");
+  body.arguments = {{"alarm", "battery_alarm"}, {"seconds", "60"}};
+  body.n_arguments = 2;
+  Send(body);
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  Hello(kDriver);
+  Report(Orders().at(0), S::STATE_SUCCEEDED, {{"until", "", std::to_string(now_.utime + 60'000'000)}});
+  EXPECT_EQ(store_.Marks("axis1").size(), 1U);
+}
+
 // What the driver itself could not verify is no effect that was seen.
 TEST_F(DispatcherTest, WhatTheSilentDriverCouldNotVerifyIsNoEffectSeen) {
   Send(Body(1));

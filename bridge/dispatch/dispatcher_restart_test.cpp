@@ -105,6 +105,28 @@ TEST_F(DispatcherTest, AJournalThatOpensLateTakesNothingFromAReadThatIsUnderWay)
   EXPECT_EQ(Orders().back().kind, driver_order_t::KIND_QUERY);
 }
 
+TEST_F(DispatcherTest, ACommandOfTheBridgeBeforeThatWaitsIsCancelledByItsDriverOnly) {
+  Send(Body(1));  // its driver has it, and may have executed it
+  store_.fails = true;
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  auto read = Body(2, "look");
+  read.bridge_boot_id = kBoot + 1;
+  Send(read);
+  const auto look = Orders().back();
+  store_.fails = false;
+  Step(10 * kMillisecond);  // now it waits behind the read
+  SendAs(Body(1), command_body_t::MODE_CANCEL);
+  EXPECT_EQ(store_.Find(NumberedId(1))->is_final, 0);
+  Report(look, S::STATE_SUCCEEDED);
+  const auto asked = Orders().back();
+  EXPECT_EQ(IdOf(asked.id), NumberedId(1));
+  EXPECT_EQ(asked.kind, driver_order_t::KIND_CANCEL);
+  Report(asked, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
+}
+
 // -- the journal
 
 TEST_F(DispatcherTest, WithoutAJournalNothingIsChangedButReadsAndStopsPass) {

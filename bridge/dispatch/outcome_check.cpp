@@ -101,7 +101,11 @@ std::optional<PendingCommand> OutcomeCheckFor(const PendingCommand& command, con
   check.device = command.device;
   check.operation = operation;
   check.begin_by = give_up;
+  check.who = command.who;
+  check.reason = command.reason;
   check.about = command.id;
+  check.about_operation = command.operation;
+  check.about_arguments = command.arguments;
   check.about_boot_id = command.status.driver_boot_id;
   check.about_epoch = command.sent_epoch;
   check.about_silent = silent;

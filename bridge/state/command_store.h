@@ -49,6 +49,8 @@ struct PendingCommand {
 
   // kOutcomeCheck: the command that it is about.
   CommandId about{};
+  const OperationSpec* about_operation = nullptr;
+  std::vector<argument_t> about_arguments;
   std::int64_t about_boot_id = 0;  // the driver that it had been routed to
   std::int64_t about_epoch = 0;    // of the newest order to do it
   bool about_silent = false;       // that driver fell silent: it may still report the outcome

@@ -59,18 +59,10 @@ tl::unexpected<Error> Failed(const std::string& path, int code, int system, cons
 // As Failed, for what fails before SQLite sees it.
 tl::unexpected<Error> SystemFailed(const std::string& path) { return Failed(path, SQLITE_OK, errno, ""); }
 
-Result<> MakeFolders(const std::string& path) {
-  std::filesystem::path walked;
-  for (const auto& part : std::filesystem::path(path).parent_path()) {
-    walked /= part;
-    if (mkdir(walked.c_str(), 0750) == 0 || errno == EEXIST) continue;
-    struct stat status {};
-    const int error = errno;  // of a folder that is there, too, where the disk is read-only
-    if (stat(walked.c_str(), &status) == 0 && S_ISDIR(status.st_mode)) continue;
-    errno = error;
-    return SystemFailed(walked);
-  }
-  return {};
+Result<> MakeFoldersOf(const std::string& path) {
+  std::string failed;
+  errno = MakeFolders(std::filesystem::path(path).parent_path().string(), 0750, failed);
+  return errno == 0 ? Result<>() : SystemFailed(failed);
 }
 
 // O_NONBLOCK: a FIFO under this name must not keep the bridge waiting.
@@ -284,7 +276,7 @@ Result<> CheckVersion(Database& database, const std::string& path) {
 
 Result<> PrepareFile(const std::string& path) {
   if (Result<> links = CheckLinks(path); !links) return links;
-  if (Result<> made = MakeFolders(path); !made) return made;
+  if (Result<> made = MakeFoldersOf(path); !made) return made;
   return CheckFile(path, O_RDWR | O_CREAT);
 }
 

@@ -16,9 +16,12 @@
 namespace axlecast {
 
 // For tests: a store that outlives bridges as a disk does, and fails on request.
-class MemoryStore final : public DurableStore {
+class MemoryStore : public DurableStore {
  public:
   bool fails = false;
+  mutable int opened = 0;  // how often what is open was read
+  int reserved = 0;        // how often epochs were reserved, also in vain
+  int ticks = 0;
   std::vector<AxisEvent> events;
   DeviceMemory devices;
 
@@ -60,6 +63,7 @@ class MemoryStore final : public DurableStore {
   std::vector<AlarmMark> Marks(const std::string& device) const override { return devices.Marks(device); }
 
   std::vector<OpenCommand> Open() const override {
+    ++opened;
     std::vector<OpenCommand> open;
     if (fails) return open;
     for (const CommandId& id : order_) {
@@ -71,12 +75,13 @@ class MemoryStore final : public DurableStore {
     return open;
   }
   std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override {
+    ++reserved;
     if (fails) return 0;
     const std::int64_t first = std::max(at_least, reserved_);
     reserved_ = first + count;
     return first;
   }
-  void Tick(Timestamp) override {}
+  void Tick(Timestamp) override { ++ticks; }
   bool readable() const override { return !fails; }
   Result<> state() const override { return fails ? Result<>(Failure("the disk is full")) : Result<>(); }
 
