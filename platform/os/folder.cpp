@@ -16,6 +16,8 @@
 #include <list>
 #include <system_error>
 
+#include "platform/os/new_file.h"
+
 namespace axlecast {
 namespace {
 
@@ -134,6 +136,32 @@ Result<> PrepareRunDirectory(const std::string& path) {
   }
   if (fchmod(directory.get(), 0700) != 0) return Failure(Problem(path));
   return {};
+}
+
+int MakeFolders(const std::string& path, mode_t mode, std::string& failed) {
+  std::filesystem::path walked;
+  struct stat above {};
+  for (const auto& part : std::filesystem::path(path)) {
+    walked /= part;
+    failed = walked.string();
+    const bool made = mkdir(walked.c_str(), mode) == 0;
+    const int error = errno;  // also of an existing folder on a read-only disk
+    struct stat status {};
+    const bool found = stat(walked.c_str(), &status) == 0;
+    if (!found || !S_ISDIR(status.st_mode)) return found || error == EEXIST ? ENOTDIR : error;
+    const bool is_mount_point = status.st_dev != above.st_dev;  // has no entry above it
+    above = status;
+    if (!made && (status.st_uid != geteuid() || is_mount_point || !walked.has_filename())) continue;
+    // An existing folder may be below one that this user cannot read.
+    if (const int unsynced = SyncFolderOf(walked.string()); made && unsynced != 0) return unsynced;
+  }
+  return 0;
+}
+
+Result<> MakeFolders(const std::string& path, mode_t mode) {
+  std::string failed;
+  const int error = MakeFolders(path, mode, failed);
+  return error == 0 ? Result<>() : Failure(failed + ": " + std::strerror(error));
 }
 
 Result<> LockFile::Acquire(const std::string& path) {

@@ -14,6 +14,13 @@ namespace axlecast {
 // user has put a directory or a link there, which is possible in /tmp.
 [[nodiscard]] Result<> PrepareRunDirectory(const std::string& path);
 
+// Creates a folder and those above it that are missing, with these permissions, durably: a power failure cannot take the
+// folder, and so its files, away. This includes folders that an earlier process of this user has created, which may have been
+// killed before it synced them. Returns the errno and sets `failed` to the folder that cannot be created; 0 means success.
+[[nodiscard]] int MakeFolders(const std::string& path, mode_t mode, std::string& failed);
+// The same, with the error as text.
+[[nodiscard]] Result<> MakeFolders(const std::string& path, mode_t mode);
+
 // A lock that ends with the process, however it ends.
 class LockFile {
  public:

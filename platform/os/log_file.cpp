@@ -36,8 +36,7 @@ int LogFile::Continue(const std::string& path, std::int64_t size) {
   if (IsLocked(file)) return EBUSY;
   *this = LogFile();
   file_ = std::move(file);
-  path_ = path;
-  name_is_durable_ = true;
+  path_ = path;  // its name may not be durable: the process that created it may have been killed
   return CutTo(size);
 }
 

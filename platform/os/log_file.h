@@ -14,7 +14,7 @@ class LogFile {
  public:
   // Creates a file, whose name is durable after Sync. Fails with EEXIST if the file exists, and with EBUSY as Continue does.
   [[nodiscard]] int Create(const std::string& path);
-  // Continues an existing file at `size`, and truncates it there. Fails with EBUSY if a LogFile writes to it.
+  // Continues an existing file at `size`, and truncates it there. Its name is durable after Sync. Fails with EBUSY if a LogFile writes to it.
   [[nodiscard]] int Continue(const std::string& path, std::int64_t size);
 
   // Writes `bytes`, and removes from the front what was written. The rest remains if the disk is full.

@@ -38,6 +38,13 @@ Result<> Open(const Descriptor& file, const std::string& path, const FileAccess&
   return {};
 }
 
+// Gives the existing file its second name, durably: a power failure must not keep the replacement without it.
+Result<> Keep(const std::string& path, const std::string& keep) {
+  if (link(path.c_str(), keep.c_str()) != 0) return Failure(Problem(keep));
+  if (const int error = SyncFolderOf(keep); error != 0) return Failure(keep + ": " + std::strerror(error));
+  return {};
+}
+
 // Moves the complete file to its own name, durably.
 Result<> Place(const std::string& fresh, const std::string& path, bool replace) {
   const int failed = replace ? std::rename(fresh.c_str(), path.c_str()) : link(fresh.c_str(), path.c_str());
@@ -82,7 +89,7 @@ bool NewFile::Collect(std::string_view piece) {
 Result<> NewFile::Commit(bool replace, const std::string& keep) {
   state_ = Append(collected_);
   if (state_ && fsync(file_.get()) != 0) state_ = Failure(Problem(path_));
-  if (state_ && !keep.empty() && link(path_.c_str(), keep.c_str()) != 0) state_ = Failure(Problem(keep));
+  if (state_ && !keep.empty()) state_ = Keep(path_, keep);
   if (state_) state_ = Place(fresh_, path_, replace);
   return state_;
 }

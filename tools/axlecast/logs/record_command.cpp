@@ -222,10 +222,9 @@ class RecordRun {
 // Creates and locks the folder for the logs of the machine's file.
 Result<> LockFolder(const std::string& folder, const std::string& machine, LockFile& lock) {
   if (Result<> links = CheckLinks(folder); !links) return links;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) {
-    return Failure(folder + ": cannot be created: " + error.message() +
+  std::string failed;
+  if (const int error = MakeFolders(folder, 0777, failed); error != 0) {
+    return Failure(folder + ": cannot be created: " + std::strerror(error) +
                    "; create it, or choose another `directory`");
   }
   const Result<> locked = lock.Acquire(folder + "/." + machine + ".lock");

@@ -15,6 +15,7 @@
 #include "core/base/text.h"
 #include "core/command/keys.h"
 #include "core/messages/json/field.h"
+#include "platform/os/folder.h"
 #include "platform/os/secret_file.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/setup/new_keys.h"
@@ -171,9 +172,9 @@ std::vector<KeyFile> FilesOf(const KeygenOptions& options) {
 // Each key file has its own access rights; the directory of a user is private.
 Result<> MakeDirectory(const std::string& path) {
   std::error_code error;
-  const bool made = std::filesystem::create_directories(path, error);
-  if (error) return Failure(path + ": " + error.message());
-  if (made) std::filesystem::permissions(path, std::filesystem::perms(geteuid() == 0 ? 0755 : 0700), error);
+  const bool existed = std::filesystem::exists(path, error);
+  if (Result<> made = MakeFolders(path, 0777); !made) return made;
+  if (!existed) std::filesystem::permissions(path, std::filesystem::perms(geteuid() == 0 ? 0755 : 0700), error);
   if (error) return Failure(path + ": " + error.message());
   return {};
 }

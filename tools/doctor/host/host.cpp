@@ -27,6 +27,7 @@
 #include <system_error>
 
 #include "platform/os/descriptor.h"
+#include "platform/os/folder.h"
 #include "platform/os/new_file.h"
 
 namespace axlecast {
@@ -235,9 +236,7 @@ Result<> AppendLine(const std::string& path, const std::string& line) {
     if (found == line) return {};
   }
   if (!text.empty() && !text.ends_with('\n')) text += '\n';
-  std::error_code error;
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), error);
-  if (error) return Failure(path + ": " + error.message());
+  if (Result<> made = MakeFolders(std::filesystem::path(path).parent_path().string(), 0777); !made) return made;
   return WriteNewFile(path, text + line + '\n', {.mode = 0644}, true);
 }
 
