@@ -14,17 +14,32 @@ constexpr std::int64_t kLargestSeq = INT64_C(1)
 void SequenceCount::On(std::int64_t boot_id, std::int64_t seq) {
   ++received_;
   if (seq < 0 || seq > kLargestSeq) return;
-  const auto [entry, first] = newest_.try_emplace(boot_id, seq);
+  const auto [entry, first] = publishers_.try_emplace(boot_id, Publisher{seq});
   if (first) {
-    if (newest_.size() > kPublishers) newest_.erase(entry == newest_.begin() ? std::next(entry) : newest_.begin());
+    if (publishers_.size() > kPublishers)
+      publishers_.erase(entry == publishers_.begin() ? std::next(entry) : publishers_.begin());
     return;
   }
-  if (seq > entry->second) {
-    lost_ += seq - entry->second - 1;
-    entry->second = seq;
-  } else if (seq < entry->second && lost_ > 0) {
-    --lost_;  // late, after a newer one
+  Publisher& publisher = entry->second;
+  if (seq <= publisher.newest) return FillGap(publisher, seq);
+  if (seq > publisher.newest + 1) {
+    lost_ += seq - publisher.newest - 1;
+    publisher.gaps[publisher.newest + 1] = seq - 1;
+    if (publisher.gaps.size() > kGaps) publisher.gaps.erase(publisher.gaps.begin());
   }
+  publisher.newest = seq;
+}
+
+void SequenceCount::FillGap(Publisher& publisher, std::int64_t seq) {
+  auto gap = publisher.gaps.upper_bound(seq);
+  if (gap == publisher.gaps.begin()) return;
+  --gap;
+  const auto [begin, end] = *gap;
+  if (seq > end) return;  // it was received
+  --lost_;
+  publisher.gaps.erase(gap);
+  if (begin < seq) publisher.gaps[begin] = seq - 1;
+  if (seq < end) publisher.gaps[seq + 1] = end;
 }
 
 }  // namespace axlecast

@@ -26,6 +26,35 @@ TEST(SequenceCount, ALateOneIsNotLost) {
   EXPECT_EQ(count.received(), 4);
 }
 
+TEST(SequenceCount, WhatComesTwiceFillsNoGap) {
+  SequenceCount count;
+  for (const std::int64_t seq : {0, 1, 4, 1, 4, 0}) count.On(1, seq);
+  EXPECT_EQ(count.lost(), 2);
+  for (const std::int64_t seq : {3, 3, 3}) count.On(1, seq);
+  EXPECT_EQ(count.lost(), 1);
+  count.On(1, 2);
+  EXPECT_EQ(count.lost(), 0);
+}
+
+TEST(SequenceCount, EachNumberOfALongGapMayComeLate) {
+  SequenceCount count;
+  count.On(1, 0);
+  count.On(1, 100);
+  EXPECT_EQ(count.lost(), 99);
+  for (std::int64_t seq = 99; seq > 0; seq -= 2) count.On(1, seq);
+  EXPECT_EQ(count.lost(), 49);
+}
+
+TEST(SequenceCount, OfVeryManyGapsTheOldestStaysLost) {
+  SequenceCount count;
+  for (std::int64_t seq = 0; seq <= 100; seq += 2) count.On(1, seq);
+  EXPECT_EQ(count.lost(), 50);
+  count.On(1, 1);
+  EXPECT_EQ(count.lost(), 50) << "its gap is forgotten";
+  count.On(1, 99);
+  EXPECT_EQ(count.lost(), 49);
+}
+
 TEST(SequenceCount, ANewBootIdBeginsAnew) {
   SequenceCount count;
   count.On(1, 500);
