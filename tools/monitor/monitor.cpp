@@ -14,7 +14,7 @@ bool SameId(const command_status_t& one, const command_status_t& other) {
   return std::equal(std::begin(one.id), std::end(one.id), std::begin(other.id));
 }
 
-constexpr std::string_view kRecorder = "RECORDER/";
+constexpr std::string_view kHealthChannel = "RECORDER/";
 constexpr std::string_view kRecorderAlarms = "ALARM/recorder/";
 
 }  // namespace
@@ -76,7 +76,7 @@ MonitorUpdate Monitor::Take(std::string_view channel, Bytes message, MonoNs now)
     const bool news = commands_.On(std::move(*status));
     return {.kind = MonitorUpdate::Kind::kCommand, .index = commands_.last(), .changed = news};
   }
-  if (channel.starts_with(kRecorder)) return OnRecorder(channel.substr(kRecorder.size()), message, now);
+  if (channel.starts_with(kHealthChannel)) return OnRecorder(channel.substr(kHealthChannel.size()), message, now);
   if (channel.starts_with(kRecorderAlarms)) {
     return OnRecorderAlarms(channel.substr(kRecorderAlarms.size()), message, now);
   }

@@ -202,7 +202,7 @@ TEST_F(MonitorTest, HoldsNoMoreWhateverIsSent) {
 TEST(MonitorRecordersTest, InventedNamesTakeNoPlaceOfARecorderOfTheMachine) {
   MachineConfig machine = OneAxis();
   machine.machine = "press3";
-  machine.recorder.logs.push_back({.name = "alarms"});
+  machine.recorder.logs.emplace_back().name = "alarms";
   Monitor monitor(machine);
   const auto health = Encoded(RecorderMessage(0));
   for (int i = 0; i < 100; ++i) monitor.OnMessage("RECORDER/x" + std::to_string(i), health, kSecond);

@@ -76,6 +76,22 @@ std::optional<UtcDifference> DifferenceToRoot(const MachineView& machine, const 
   return std::nullopt;
 }
 
+void UnixTimes::Update(const MachineView& machine, const HostView& host, MonoNs now) {
+  const auto difference = DifferenceToRoot(machine, host, now);
+  if (!difference || host.quality.clock_id == 0) return;
+  if (ahead_.size() >= kMaxClocks) ahead_.clear();
+  std::int64_t& ahead = ahead_.try_emplace(host.quality.clock_id, difference->ns).first->second;
+  if (std::abs(difference->ns - ahead) > difference->width_ns) ahead = difference->ns;
+}
+
+std::int64_t UnixTimes::Convert(std::int64_t utime, std::int64_t from, std::int64_t to) const {
+  const auto one = ahead_.find(from);
+  const auto other = ahead_.find(to);
+  if (from == to || one == ahead_.end() || other == ahead_.end()) return utime;
+  if (utime < 0 || utime > kLatest / kMicrosecond) return utime;
+  return utime - (one->second - other->second) / kMicrosecond;
+}
+
 std::vector<std::string> UtcFaults(const MachineView& machine, MonoNs now) {
   std::vector<std::string> faults;
   const std::vector<HostView>& hosts = machine.hosts();

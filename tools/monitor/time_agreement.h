@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,24 @@ struct UtcDifference {
 // Returns the difference of the host to the root of the time base; nothing if it cannot be known now.
 [[nodiscard]] std::optional<UtcDifference> DifferenceToRoot(const MachineView& machine, const HostView& host,
                                                             MonoNs now);
+
+// Converts instants that hosts state by their own UNIX clocks to UNIX time of one of them, so that a picture shows the readings of several
+// hosts beside each other. Used by one thread.
+class UnixTimes {
+ public:
+  // Compares the UNIX clock of this host with that of the root, if both are known now. Call it after each TIME message.
+  void Update(const MachineView& machine, const HostView& host, MonoNs now);
+  // `utime`: us, UNIX time of the host with the clock `from`. Returns UNIX time (us) of the host with the clock `to`. If a clock was
+  // never compared with that of the root, `utime` stays as it is.
+  [[nodiscard]] std::int64_t Convert(std::int64_t utime, std::int64_t from, std::int64_t to) const;
+
+ private:
+  static constexpr std::size_t kMaxClocks = 64;  // a host that boots has a new clock
+
+  // By clock_id: by how many ns UNIX time is ahead of that of the root. Kept while it lies within the newest difference, so that
+  // the instants of a host stay in their order.
+  std::map<std::int64_t, std::int64_t> ahead_;
+};
 
 // Returns a fault for each host whose UNIX clock is certainly more than 1 s ahead of or behind that of the root, and for each two hosts
 // that claim UTC from one reference and whose claims contradict each other.

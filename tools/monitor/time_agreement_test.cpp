@@ -121,6 +121,53 @@ TEST_F(TimeAgreement, ClaimsFromOneServerMustBeCompatible) {
   EXPECT_THAT(UtcFaults(view_, kNow), IsEmpty()) << "two servers: nothing is known of their difference";
 }
 
+constexpr std::int64_t kRootClock = 11;
+constexpr std::int64_t kOtherClock = 22;
+
+class UnixTimesTest : public TimeAgreement {
+ protected:
+  void OnTime(Q quality, std::int64_t clock) {
+    quality.clock_id = clock;
+    On(quality);
+    for (const HostView& host : view_.hosts()) {
+      if (host.name == quality.host) times_.Update(view_, host, kNow);
+    }
+  }
+
+  UnixTimes times_;
+};
+
+TEST_F(UnixTimesTest, AnInstantOfAnotherHostIsConvertedByTheBase) {
+  constexpr std::int64_t kInstant = kUtc / kMicrosecond;
+  EXPECT_EQ(times_.Convert(kInstant, kOtherClock, kRootClock), kInstant) << "nothing is known yet";
+  OnTime(Claim("plc1"), kRootClock);
+  OnTime(Claim("cell2", 3 * kSecond), kOtherClock);
+  EXPECT_EQ(times_.Convert(kInstant, kOtherClock, kRootClock), kInstant - 3'000'000);
+  EXPECT_EQ(times_.Convert(kInstant, kRootClock, kOtherClock), kInstant + 3'000'000);
+  EXPECT_EQ(times_.Convert(kInstant, kOtherClock, kOtherClock), kInstant);
+  EXPECT_EQ(times_.Convert(kInstant, 33, kRootClock), kInstant) << "a clock without a claim";
+}
+
+TEST_F(UnixTimesTest, ItChangesOnlyWhenTheClocksCertainlyDid) {
+  constexpr std::int64_t kInstant = kUtc / kMicrosecond;
+  OnTime(Claim("plc1"), kRootClock);
+  OnTime(Claim("cell2", 3 * kSecond), kOtherClock);
+  OnTime(Claim("cell2", 3 * kSecond + 150'000), kOtherClock);
+  EXPECT_EQ(times_.Convert(kInstant, kOtherClock, kRootClock), kInstant - 3'000'000) << "within 200 us";
+  OnTime(Claim("cell2", -kSecond), kOtherClock);
+  EXPECT_EQ(times_.Convert(kInstant, kOtherClock, kRootClock), kInstant + 1'000'000) << "the clock was set";
+}
+
+TEST_F(UnixTimesTest, ImpossibleInstantsStayAsTheyAre) {
+  OnTime(Claim("plc1"), kRootClock);
+  OnTime(Claim("cell2", 3 * kSecond), kOtherClock);
+  for (const std::int64_t instant :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    EXPECT_EQ(times_.Convert(instant, kOtherClock, kRootClock), instant);
+    EXPECT_EQ(times_.Convert(instant, kRootClock, kOtherClock), instant);
+  }
+}
+
 // Anybody can send such a message: no sum of its figures may overflow.
 TEST_F(TimeAgreement, ImpossibleFiguresAreNotCompared) {
   for (const std::int64_t figure :

@@ -27,8 +27,13 @@ std::array<double, 7> MotorRow(const motor_health_t& motor) {
 
 }  // namespace
 
-WebModel::WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log)
-    : machine_(machine), version_(std::move(version)), log_(std::move(log)), monitor_(machine) {}
+WebModel::WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log,
+                   std::int64_t clock_id)
+    : machine_(machine),
+      version_(std::move(version)),
+      log_(std::move(log)),
+      clock_id_(clock_id),
+      monitor_(machine) {}
 
 void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp now) {
   const MonitorUpdate update = monitor_.OnMessage(channel, message, now.mono);
@@ -36,12 +41,12 @@ void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp n
   switch (update.kind) {
     case MonitorUpdate::Kind::kPosition: {
       const DeviceView& device = devices[update.index];
-      Add(update.index, device.position->utime, PositionRow(device));
+      Add(update.index, device.position->utime, device.position->clock_id, PositionRow(device));
       break;
     }
     case MonitorUpdate::Kind::kMotor: {
       const motor_health_t& motor = *devices[update.index].motor;
-      Add(update.index, motor.utime, MotorRow(motor));
+      Add(update.index, motor.utime, motor.clock_id, MotorRow(motor));
       break;
     }
     case MonitorUpdate::Kind::kDeviceAlarms:
@@ -60,6 +65,9 @@ void WebModel::OnMessage(std::string_view channel, Bytes message, WebTimestamp n
       break;
     case MonitorUpdate::Kind::kCommand:
       if (update.changed) Publish(CommandFrame(monitor_.commands().newest()[update.index]));
+      break;
+    case MonitorUpdate::Kind::kHostTime:
+      unix_times_.Update(monitor_.machine(), monitor_.machine().hosts()[update.index], now.mono);
       break;
     default:
       break;
@@ -110,7 +118,8 @@ std::vector<WebColumn> WebModel::columns(std::size_t device) const {
   return ColumnsOf(monitor_.machine().devices()[device], 0);
 }
 
-void WebModel::Add(std::size_t device, std::int64_t utime, std::span<const double> row) {
+void WebModel::Add(std::size_t device, std::int64_t utime, std::int64_t clock_id, std::span<const double> row) {
+  if (clock_id_ != 0) utime = unix_times_.Convert(utime, clock_id, clock_id_);
   if (device >= samples_.size()) samples_.resize(device + 1);
   if (!samples_[device]) {
     samples_[device] = std::make_unique<SampleHistory>(row.size(), RowsFor(device));

@@ -12,6 +12,7 @@
 
 #include "core/config/machine_config.h"
 #include "tools/monitor/monitor.h"
+#include "tools/monitor/time_agreement.h"
 #include "tools/web/sample_history.h"
 #include "tools/web/web_frames.h"
 
@@ -29,8 +30,10 @@ class WebModel {
   static constexpr std::size_t kMaxEvents = 4096;
   static constexpr std::size_t kMaxEventBytes = 4U << 20;  // of event frames; the newest is always kept
 
-  // `machine` must outlive it.
-  WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log);
+  // `machine` must outlive it. `clock_id`: of this host, to whose UNIX time the readings of other hosts are converted. 0, as for a log:
+  // readings keep the UNIX time of their hosts.
+  WebModel(const MachineConfig& machine, std::string version, std::optional<WebLogFacts> log,
+           std::int64_t clock_id = 0);
 
   void OnMessage(std::string_view channel, Bytes message, WebTimestamp now);
   // Updates the rates. Call it a few times per second.
@@ -62,14 +65,17 @@ class WebModel {
 
  private:
   [[nodiscard]] std::size_t RowsFor(std::size_t device) const;
-  void Add(std::size_t device, std::int64_t utime, std::span<const double> row);
+  // `utime`: UNIX time (us) of the host with the clock `clock_id`.
+  void Add(std::size_t device, std::int64_t utime, std::int64_t clock_id, std::span<const double> row);
   void Publish(std::string frame);
   void PublishAlarms(const std::string& device, const AlarmView& alarms, std::int64_t utime);
 
   const MachineConfig& machine_;
   std::string version_;
   std::optional<WebLogFacts> log_;
+  const std::int64_t clock_id_;
   Monitor monitor_;
+  UnixTimes unix_times_;
   std::vector<std::unique_ptr<SampleHistory>> samples_;
   std::map<std::string, std::set<std::string>> alarm_names_;  // as last published
   std::deque<std::string> events_;

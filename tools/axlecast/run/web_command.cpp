@@ -89,7 +89,7 @@ constexpr int kSpareConnections = 32;  // for HTTP requests and monitoring, in a
 class LiveSource {
  public:
   LiveSource(const MachineConfig& machine, const Clock& clock)
-      : clock_(clock), model_(machine, AXLECAST_VERSION, std::nullopt) {
+      : clock_(clock), model_(machine, AXLECAST_VERSION, std::nullopt, NewOrigin(machine.machine).clock_id) {
     Listen(machine, machine.lcm.url, Monitor::kDataChannels);
     Listen(machine, machine.lcm.command_url, Monitor::kCommandChannels);
   }
