@@ -1,0 +1,58 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace axlecast {
+
+class RecordedDisk;
+
+// Passes the file calls of this process to the disks that record them.
+class FileCalls {
+ public:
+  static void Watch(RecordedDisk& disk);
+  static void Unwatch(RecordedDisk& disk);
+
+  // While it lives, calls of this thread are not recorded.
+  class Pause {
+   public:
+    Pause();
+    ~Pause();
+    Pause(const Pause&) = delete;
+    Pause& operator=(const Pause&) = delete;
+  };
+  // Calls of other threads wait while it lives, so that they are recorded in the order in which they are made.
+  class Turn {
+   public:
+    Turn();
+    ~Turn();
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+  };
+
+  // Returns true if this thread's calls are recorded: some folder is watched.
+  [[nodiscard]] static bool Records();
+
+  // After a successful call, within a Turn. Calls that concern no watched folder are ignored.
+  static void Opened(int file, const std::string& path, bool truncated, mode_t mode);
+  static void Closed(int file);
+  static void Wrote(int file, std::int64_t offset, const void* bytes, std::size_t size);
+  static void Resized(int file, std::int64_t size);
+  static void Reserved(int file, std::int64_t size);  // the file has at least this size
+  static void ChangedMode(int file, mode_t mode);
+  static void ResizedPath(const std::string& path, std::int64_t size);
+  static void ChangedModeOfPath(const std::string& path, mode_t mode);
+  static void Synced(int file, bool data_only);
+  static void MadeFolder(const std::string& path);
+  static void Linked(const std::string& from, const std::string& to);
+  static void Removed(const std::string& path);
+  static void Moved(const std::string& from, const std::string& to);
+
+  // Returns true if the file is recorded.
+  [[nodiscard]] static bool Knows(int file);
+};
+
+}  // namespace axlecast
