@@ -34,7 +34,11 @@ class WorldNetwork final : public MessageSink {
   WorldNetwork(const NetworkSettings& settings, const WorldClock& clock, std::mt19937& random)
       : settings_(settings), clock_(clock), random_(random) {}
 
+  // Receives every message that is sent, also one that is lost.
+  std::function<void(const std::string& channel, Bytes message)> on_sent;
+
   void Publish(const std::string& channel, Bytes message) override {
+    if (on_sent) on_sent(channel, message);
     const int copies = Happens(settings_.duplication) ? 2 : 1;
     for (int copy = 0; copy < copies; ++copy) {
       if (Happens(settings_.loss)) continue;

@@ -43,9 +43,17 @@ World::World(WorldSettings settings)
     }
     machine_.buses.push_back(CountingBus("b" + std::to_string(bus), devices));
   }
+  if (settings.traced) Trace();
   for (const BusConfig& bus : machine_.buses) {
     drivers_[bus.name] = std::make_unique<WorldDriver>(bus, machine_.bridge, network_, clock_, random_, devices_);
   }
+}
+
+void World::Trace() {
+  store_.trace = &trace_;
+  network_.on_sent = [this](const std::string& channel, Bytes message) { trace_.OnMessage(channel, message); };
+  devices_.on_start = [this](std::int64_t boot_id) { trace_.DriverStarted(boot_id); };
+  devices_.on_effect = [this](const CommandId& id) { trace_.Add("effect", id); };
 }
 
 bool World::Run(std::uint32_t count) {
@@ -154,7 +162,7 @@ void World::StartBridge() {
                                                        .random = [] { return CommandId{}; }},
                                            Now());
   } catch (const Killed&) {
-    bridge_.reset();
+    KillBridge();
   }
 }
 
@@ -170,6 +178,7 @@ void World::WithBridge(const Work& work) {
 
 // What it has sent is still under way for a while when the next one listens.
 void World::KillBridge() {
+  if (settings_.traced) trace_.BridgeKilled();
   bridge_.reset();
   bridge_starts_ = clock_.now + 300 * kMillisecond;
 }

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "bridge/dispatch/dispatcher.h"
-#include "bridge/store/memory_store_fixture.h"
 #include "client/command/command_session.h"
+#include "tests/command_simulation/command_trace.h"
 #include "tests/command_simulation/faults.h"
 #include "tests/command_simulation/network.h"
 #include "tests/command_simulation/world_driver.h"
@@ -35,6 +35,7 @@ struct WorldSettings {
   double cancels = 0;       // share of commands that are given up after a while
   double short_lived = 0;   // share that may wait for 1..100 ms only
   double reads = 0;         // share that only looks
+  bool traced = false;      // World::trace() is written; for one driver
 };
 
 // What became of the commands.
@@ -55,6 +56,7 @@ class World {
   // outcome of every one. False when it takes for ever.
   [[nodiscard]] bool Run(std::uint32_t count);
   [[nodiscard]] WorldTally Judge() const;
+  [[nodiscard]] const CommandTrace& trace() const { return trace_; }
 
   Faults bridge_faults;
   [[nodiscard]] Faults& driver_faults(const std::string& bus) { return drivers_.at(bus)->faults; }
@@ -71,6 +73,7 @@ class World {
     std::set<int> outcomes;  // final states that any bridge ever reported
   };
 
+  void Trace();
   void StartOne(std::uint32_t number);
   void Advance(Client& client);
   void OnMessage(const std::string& channel, Bytes message);
@@ -88,7 +91,8 @@ class World {
   WorldClock clock_;
   WorldNetwork network_;
   MachineConfig machine_;
-  MemoryStore store_;
+  CommandTrace trace_;
+  TracedStore store_;
   FaultyStore faulty_store_{store_, bridge_faults};
   FaultySink faulty_sink_{network_, bridge_faults};
   std::unique_ptr<InlineJournal> journal_;

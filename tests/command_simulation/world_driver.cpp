@@ -45,6 +45,7 @@ void WorldDriver::Restart() {
       bus_, bridge_,
       DriverCommandServer::Context{
           .origin = {.boot_id = ++boots}, .clock = &clock_, .sink = &sink_, .wake = [] {}, .key = nullptr});
+  devices_.on_start(boots);
   next_hello_ = clock_.now + 100 * kMillisecond;
 }
 
@@ -102,11 +103,11 @@ void WorldDriver::Advance(const CommandId& id, Job& job) {
     job.told = true;
     desk_->Report(job.device, id, {.changes = {{"note", devices_.note[job.device], ""}}}, 0);
   }
-  if (!job.touched && clock_.now >= job.touch) Touch(job);
+  if (!job.touched && clock_.now >= job.touch) Touch(id, job);
   if (clock_.now >= job.done) desk_->Report(job.device, id, job.outcome, 0);
 }
 
-void WorldDriver::Touch(Job& job) {
+void WorldDriver::Touch(const CommandId& id, Job& job) {
   job.touched = true;
   std::string& note = devices_.note[job.device];
   if (job.operation == "look") {
@@ -119,6 +120,7 @@ void WorldDriver::Touch(Job& job) {
   if (works) {
     note = job.note;
     ++devices_.marks[job.note];
+    devices_.on_effect(id);
   }
   faults.Pass();
   job.outcome.state = works || job.operation != "mark" ? CommandState::kSucceeded : CommandState::kFailed;

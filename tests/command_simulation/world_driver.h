@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <random>
@@ -15,6 +17,9 @@ namespace axlecast {
 struct WorldDevices {
   std::map<std::string, std::string> note;  // of each device, as `mark` wrote it last
   std::map<std::string, int> marks;         // how often each note was written, on any device
+
+  std::function<void(const CommandId& id)> on_effect = [](const CommandId&) {};
+  std::function<void(std::int64_t boot_id)> on_start = [](std::int64_t) {};  // of a driver
 };
 
 // One driver process with its devices. An order touches its device after a while, and is reported later still.
@@ -48,7 +53,7 @@ class WorldDriver {
   void Hello();
   void Begin(const DriverCommandServer::Taken& taken);
   void Advance(const CommandId& id, Job& job);
-  void Touch(Job& job);
+  void Touch(const CommandId& id, Job& job);
   void Cancel(const DriverCommandServer::Taken& cancel);
   [[nodiscard]] MonoNs RandomMs(int maximum) {
     return std::uniform_int_distribution<int>(0, maximum)(random_) * kMillisecond;
