@@ -1,0 +1,347 @@
+#include "tests/simulation/wire.h"
+
+#include <algorithm>
+#include <deque>
+#include <span>
+#include <utility>
+
+#include "drivers/hal/line_reader.h"
+
+namespace axlecast::simulation {
+
+Wire::Wire(Schedule& schedule, Host& host, ProcessThread& thread, Simulator& simulator, std::uint64_t seed)
+    : schedule_(schedule), host_(host), thread_(thread), simulator_(simulator), random_(seed, 1) {}
+
+void Wire::Follow() {
+  const MonoNs due = simulator_.NextDue();
+  if (due == planned_) return;
+  planned_ = due;
+  const std::int64_t follow = ++follows_;
+  if (due == kNever) return;
+  schedule_.At(host_.clock.TimeOf(due), [this, follow] {
+    if (follow != follows_) return;
+    planned_ = kNever;
+    // The conversion of its time is exact to 2 ns only.
+    const MonoNs now = std::max(host_.clock.Now(), simulator_.NextDue());
+    simulator_.OnDue(now, Transmit());
+    Follow();
+  });
+}
+
+std::vector<std::uint8_t> Wire::Damaged(Bytes bytes) {
+  std::vector<std::uint8_t> damaged(bytes.begin(), bytes.end());
+  if (damaged.empty() || !random_.Happens(faults.noise)) return damaged;
+  std::uint8_t& byte = damaged[random_.Index(damaged.size())];
+  byte = static_cast<std::uint8_t>(byte ^ 1U << random_.Index(8));
+  ++faults.changed;
+  return damaged;
+}
+
+Simulator::Transmit Wire::Transmit() {
+  return [this](Bytes bytes) {
+    if (faults.unplugged) return;
+    if (random_.Happens(faults.loss)) {
+      ++faults.changed;
+      return;
+    }
+    const std::vector<std::uint8_t> arrives = Damaged(bytes);
+    if (ArrivesDamaged() || std::equal(bytes.begin(), bytes.end(), arrives.begin())) Arrive(arrives);
+  };
+}
+
+void Wire::Arrive(std::vector<std::uint8_t> bytes) {
+  MonoNs at = schedule_.now() + random_.Time(0, faults.late);
+  if (at > schedule_.now()) ++faults.changed;
+  if (!faults.scattered) at = std::max(at, last_arrival_);
+  last_arrival_ = std::max(at, last_arrival_);
+  if (at == schedule_.now()) return OnArrival(bytes);
+  schedule_.At(at, [this, bytes = std::move(bytes)] {
+    if (!faults.unplugged) OnArrival(bytes);
+  });
+}
+
+namespace {
+
+// A serial line, and the pulse lines beside it.
+class SerialWire final : public Wire, public ByteLink, public PulseLines {
+ public:
+  SerialWire(const BusConfig& bus, Schedule& schedule, Host& host, ProcessThread& thread, Simulator& simulator,
+             std::uint64_t seed)
+      : Wire(schedule, host, thread, simulator, seed), baud_(bus.link.line.baud) {}
+
+  void PlugInto(DriverPorts& ports) override {
+    ports.link = this;
+    ports.lines = this;
+  }
+
+  [[nodiscard]] Result<> Open() override {
+    if (faults.unplugged) return Failure("unplugged: plug it in");
+    if (open_) return {};  // the lines open with it
+    open_ = true;
+    received_.clear();
+    simulator_.OnBaud(baud_);
+    Follow();
+    return {};
+  }
+  void Close() override { open_ = false; }
+  void Release() override { Close(); }
+  [[nodiscard]] bool IsOpen() const override { return open_; }
+  [[nodiscard]] bool SetBaud(std::int64_t baud) override {
+    if (Gone()) return false;
+    simulator_.OnBaud(baud);
+    return true;
+  }
+  [[nodiscard]] bool Write(Bytes bytes) override {
+    if (Gone()) return false;
+    simulator_.OnBytes(bytes, host_.clock.Now(), Transmit());
+    Follow();
+    return true;
+  }
+  [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
+    while (!Gone() && received_.empty() && host_.clock.Now() < deadline) thread_.SleepUntil(deadline);
+    return ReadNow(into);
+  }
+  [[nodiscard]] ReadResult ReadNow(std::span<std::uint8_t> into) override {
+    if (Gone()) return {Status::kLost, 0};
+    const std::size_t count = std::min(into.size(), received_.size());
+    std::copy_n(received_.begin(), count, into.begin());
+    received_.erase(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(count));
+    return {count > 0 ? Status::kOk : Status::kTimeout, count};
+  }
+  [[nodiscard]] Status Wait(MonoNs until) override {
+    woken_ = false;
+    for (;;) {
+      if (open_ && faults.unplugged) return Status::kLost;
+      if (open_ && !received_.empty()) return Status::kOk;
+      if (woken_) return Status::kWoken;
+      if (host_.clock.Now() >= until) return Status::kTimeout;
+      thread_.SleepUntil(until);
+    }
+  }
+  void Wake() override {
+    woken_ = true;
+    thread_.Wake();
+  }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+  [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override {
+    if (Gone()) return false;
+    const MonoNs end = host_.clock.Now() + low;
+    while (host_.clock.Now() < end) thread_.SleepUntil(end);
+    simulator_.OnPulse(line, low, host_.clock.Now(), Transmit());
+    Follow();
+    return true;
+  }
+
+ private:
+  [[nodiscard]] bool Gone() const { return !open_ || faults.unplugged; }
+  void OnArrival(Bytes bytes) override {
+    if (!open_) return;
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
+    if (random_.Happens(faults.stray)) received_.push_back(static_cast<std::uint8_t>(random_.Next()));
+    thread_.Wake();
+  }
+
+  const std::int64_t baud_;
+  bool open_ = false;
+  bool woken_ = false;
+  std::deque<std::uint8_t> received_;
+};
+
+// A CAN bus. As with a real controller, a frame that no node acknowledges is sent again and again, also beyond Close.
+class CanWire final : public Wire, public FrameLink {
+ public:
+  CanWire(const BusConfig& bus, Schedule& schedule, Host& host, ProcessThread& thread, Simulator& simulator,
+          std::uint64_t seed)
+      : Wire(schedule, host, thread, simulator, seed), bitrate_(bus.link.bitrate) {}
+
+  void PlugInto(DriverPorts& ports) override { ports.frames = this; }
+
+  [[nodiscard]] Result<> Open() override {
+    if (faults.unplugged) {
+      waiting_.clear();
+      return Failure("unplugged: plug it in");
+    }
+    open_ = true;
+    received_.clear();
+    counts_ = {};
+    simulator_.OnBaud(bitrate_);
+    Follow();
+    return {};
+  }
+  void Close() override {
+    open_ = false;
+    for (Waiting& waiting : waiting_) waiting.own = false;
+  }
+  void Release() override { Close(); }
+  [[nodiscard]] bool IsOpen() const override { return open_; }
+  [[nodiscard]] SendResult Send(const CanFrame& frame) override {
+    if (Gone()) return SendResult::kLost;
+    if (waiting_.size() >= kQueue) {
+      ++counts_.queue_full;
+      return SendResult::kFull;
+    }
+    ++counts_.pending;
+    waiting_.push_back({.frame = frame});
+    if (waiting_.size() == 1) SendWaiting();
+    return SendResult::kQueued;
+  }
+  [[nodiscard]] Status Receive(Received& received) override {
+    if (Gone()) return Status::kLost;
+    if (received_.empty()) return Status::kTimeout;
+    received = received_.front();
+    received_.pop_front();
+    return Status::kOk;
+  }
+  [[nodiscard]] CanController Controller() override {
+    CanController controller = counts_;
+    if (Gone()) return controller;
+    controller.state = waiting_.empty() ? CanController::State::kActive : CanController::State::kPassive;
+    controller.tec = waiting_.empty() ? 0 : 128;
+    controller.rec = 0;
+    controller.bitrate = bitrate_;
+    return controller;
+  }
+  [[nodiscard]] Status Wait(MonoNs until) override {
+    woken_ = false;
+    for (;;) {
+      if (open_ && faults.unplugged) return Status::kLost;
+      if (open_ && !received_.empty()) return Status::kOk;
+      if (woken_) return Status::kWoken;
+      if (host_.clock.Now() >= until) return Status::kTimeout;
+      thread_.SleepUntil(until);
+    }
+  }
+  void Wake() override {
+    woken_ = true;
+    thread_.Wake();
+  }
+  [[nodiscard]] LineErrors Errors() const override { return {}; }
+
+ private:
+  static constexpr std::size_t kQueue = 11;  // the frame in the controller, and ten in the interface's queue
+  static constexpr MonoNs kSendAgain = kMillisecond;
+  struct Waiting {
+    CanFrame frame;
+    bool own = true;     // sent since Open
+    bool tried = false;  // and nobody has acknowledged it
+  };
+
+  [[nodiscard]] bool Gone() const { return !open_ || faults.unplugged; }
+  void SendWaiting() {
+    while (!waiting_.empty() && Offer(waiting_.front())) waiting_.pop_front();
+    Follow();
+    if (waiting_.empty() || again_) return;
+    again_ = true;
+    schedule_.After(kSendAgain, [this] {
+      again_ = false;
+      if (!faults.unplugged) SendWaiting();
+    });
+  }
+  [[nodiscard]] bool Offer(Waiting& waiting) {
+    std::vector<CanPacket> answers;  // come after what they answer
+    const bool acknowledged = simulator_.OnFrame(waiting.frame, host_.clock.Now(),
+                                                 [&answers](Bytes bytes) { answers.emplace_back(bytes); });
+    if (acknowledged) ArriveFrame(waiting.frame, waiting.own);
+    if (acknowledged && waiting.own) --counts_.pending;
+    if (!acknowledged && waiting.own && !waiting.tried) ++counts_.unacknowledged;
+    waiting.tried = true;
+    for (const CanPacket& packet : answers) Transmit()(packet);
+    return acknowledged;
+  }
+  // The controller finds it by the CRC of the frame.
+  [[nodiscard]] bool ArrivesDamaged() const override { return false; }
+  void OnArrival(Bytes packet) override {
+    if (const auto frame = FromPacket(packet)) ArriveFrame(*frame, false);
+  }
+  void ArriveFrame(const CanFrame& frame, bool own) {
+    if (Gone()) return;
+    // The kernel's stamp is taken in an interrupt: not before the arrival.
+    const MonoNs now = host_.clock.Now();
+    received_.push_back({.frame = frame, .at = {now, now}, .own = own});
+    thread_.Wake();
+  }
+
+  const std::int64_t bitrate_;
+  bool open_ = false;
+  bool woken_ = false;
+  bool again_ = false;
+  std::deque<Waiting> waiting_;
+  std::deque<Received> received_;
+  CanController counts_;
+};
+
+// An SPI bus: a transfer takes the time of its clocks. Without an encoder, the data line rests high.
+class SpiWire final : public Wire, public ClockedLink {
+ public:
+  SpiWire(const BusConfig& bus, Schedule& schedule, Host& host, ProcessThread& thread, Simulator& simulator,
+          std::uint64_t seed)
+      : Wire(schedule, host, thread, simulator, seed), ClockedLink("", SpiOf(bus), host.clock) {}
+
+  void PlugInto(DriverPorts& ports) override { ports.link = this; }
+
+  [[nodiscard]] Result<> Open() override {
+    open_ = true;
+    Follow();
+    return {};
+  }
+  void Close() override {
+    open_ = false;
+    DropBytes();
+  }
+  void Release() override { Close(); }
+  [[nodiscard]] bool IsOpen() const override { return open_; }
+  [[nodiscard]] bool Write(Bytes bytes) override {
+    if (!open_ || bytes.size() > kMaxFrame) return false;
+    const std::span<std::uint8_t> rx = Fill(bytes.size());
+    const MonoNs first_edge = host_.clock.Now();
+    simulator_.OnTransfer({.settings = settings_, .tx = bytes}, first_edge, rx);
+    if (faults.unplugged || random_.Happens(faults.loss)) std::fill(rx.begin(), rx.end(), std::uint8_t{0xFF});
+    const std::vector<std::uint8_t> seen = Damaged(rx);
+    std::copy(seen.begin(), seen.end(), rx.begin());
+    Follow();
+    const MonoNs end = first_edge + settings_.ClockTime(static_cast<std::int64_t>(rx.size()) * 8);
+    while (host_.clock.Now() < end) thread_.SleepUntil(end);
+    return true;
+  }
+  [[nodiscard]] ReadResult Read(std::span<std::uint8_t> into, MonoNs deadline) override {
+    while (open_ && !HasBytes() && host_.clock.Now() < deadline) thread_.SleepUntil(deadline);
+    return ReadNow(into);
+  }
+  [[nodiscard]] Status Wait(MonoNs until) override {
+    woken_ = false;
+    for (;;) {
+      if (HasBytes()) return Status::kOk;
+      if (woken_) return Status::kWoken;
+      if (host_.clock.Now() >= until) return Status::kTimeout;
+      thread_.SleepUntil(until);
+    }
+  }
+  void Wake() override {
+    woken_ = true;
+    thread_.Wake();
+  }
+
+ private:
+  void OnArrival(Bytes /*bytes*/) override {}  // it sends only while it is clocked
+
+  bool open_ = false;
+  bool woken_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Wire> MakeWire(const BusConfig& bus, Schedule& schedule, Host& host, ProcessThread& thread,
+                               Simulator& simulator, std::uint64_t seed) {
+  switch (bus.family->link) {
+    case LinkKind::kCan:
+      return std::make_unique<CanWire>(bus, schedule, host, thread, simulator, seed);
+    case LinkKind::kSpi:
+      return std::make_unique<SpiWire>(bus, schedule, host, thread, simulator, seed);
+    case LinkKind::kSerial:
+    case LinkKind::kModbus:
+      break;
+  }
+  return std::make_unique<SerialWire>(bus, schedule, host, thread, simulator, seed);
+}
+
+}  // namespace axlecast::simulation
