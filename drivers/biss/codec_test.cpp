@@ -211,6 +211,16 @@ TEST(BissCodec, LooksNoFurtherThanItIsTold) {
   EXPECT_EQ(ErrorOf(late_ack, {.latest_ack = 4, .latest_start = 5}), FrameError::kNoStart);
 }
 
+TEST(BissCodec, LooksAtNoSampleBehindTheEnd) {
+  const auto error_of = [](const std::string& text, std::size_t end, const Search& search = {}) {
+    return FrameReader({.bits = 16}).ReadTransfer(BytesOf(text), end, search).error;
+  };
+  EXPECT_EQ(error_of("1111 0000", 4, {.latest_ack = 4}), FrameError::kNoAck) << "the ACK is the next sample";
+  EXPECT_EQ(error_of("1101 1000", 4), FrameError::kShort) << "the start bit is the last sample";
+  EXPECT_EQ(error_of("0000 0000", 2), FrameError::kLow);
+  EXPECT_EQ(error_of("0000 0000", 1), FrameError::kShort);
+}
+
 // A stuck line or a frame that stops is refused: the check bits are inverted for this purpose.
 TEST(BissCodec, AStuckLineIsNoFrame) {
   EXPECT_EQ(Frame(std::string(24, '0'), {.bits = 16}).error, FrameError::kChecksum);

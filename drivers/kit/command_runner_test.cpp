@@ -17,7 +17,7 @@ const std::vector<OperationSpec> kOperations = {{.name = "read", .help = "", .re
                                                 {.name = "zero", .help = "", .needs_standstill = true}};
 
 struct FakeProcedure final : CommandProcedure {
-  explicit FakeProcedure(const bool& touches) : touches(touches) {}
+  explicit FakeProcedure(const bool& is_touched) : touches(is_touched) {}
   [[nodiscard]] Outcome OnLinkLost() const override {
     return Final(CommandState::kFailed, S::REASON_NO_REPLY, "the link was lost");
   }

@@ -163,5 +163,21 @@ TEST(SaaCanCodec, OtherCommandsAreNone) {
   EXPECT_EQ(request->parameter, 10);
 }
 
+TEST(SaaCanCodec, AFrameHasAtLeastTheBytesThatItsMeaningNeeds) {
+  const std::vector<std::uint8_t> read = {static_cast<std::uint8_t>(Command::kRead), 0x20};
+  const std::optional<Request> request = ParseRequest(read);
+  ASSERT_TRUE(request);
+  EXPECT_EQ(request->parameter, 0) << "a frame of two bytes has none";
+  EXPECT_FALSE(ParseRequest(Bytes(read).first(1)));
+
+  const std::vector<std::uint8_t> node = {static_cast<std::uint8_t>(Service::kNode), 0x21};
+  const std::optional<ServiceReply> reply = ParseServiceReply(node);
+  ASSERT_TRUE(reply);
+  EXPECT_EQ(reply->service, Service::kNode);
+  EXPECT_FALSE(ParseServiceReply(Bytes(node).first(1)));
+  EXPECT_TRUE(SetsParameter(Bytes(node).first(1)));
+  EXPECT_FALSE(SetsParameter({}));
+}
+
 }  // namespace
 }  // namespace axlecast::saa_can

@@ -89,6 +89,14 @@ TEST(SaaModbusCodec, TheLengthOfAReplyFollowsFromItsFirstBytes) {
   }
 }
 
+// 5.1.7 (4): only a reading has a byte count; every other reply has its length by its function.
+TEST(SaaModbusCodec, TheFunctionAloneIsTheLengthOfEachReplyButAReading) {
+  EXPECT_EQ(ReplyLength(GoldenBytes("01")), 0U);
+  EXPECT_EQ(ReplyLength(GoldenBytes("01 03")), 0U);
+  EXPECT_EQ(ReplyLength(GoldenBytes("01 CC")), 5U);
+  EXPECT_EQ(ReplyLength(GoldenBytes("01 A1")), 4U);
+}
+
 TEST(SaaModbusCodec, ADamagedHeadEndsAtOnce) {
   for (unsigned function = 0; function < 256; ++function) {
     for (unsigned third = 0; third < 256; ++third) {
@@ -188,6 +196,7 @@ TEST(SaaModbusCodec, TheBeginOfAReplyIsRecognised) {
   };
   EXPECT_TRUE(begins("01 03 00 00 00 01 84 0A", "01 03 02"));
   EXPECT_TRUE(begins("01 03 00 00 00 01 84 0A", "01 83 02"));
+  EXPECT_FALSE(begins("01 03 00 00 00 01 84 0A", "01 03 03"));
   EXPECT_FALSE(begins("01 03 00 00 00 01 84 0A", "01 03 04"));
   EXPECT_FALSE(begins("01 03 00 00 00 01 84 0A", "02 03 02"));
   EXPECT_FALSE(begins("01 03 00 00 00 01 84 0A", "01 03"));
@@ -198,6 +207,81 @@ TEST(SaaModbusCodec, TheBeginOfAReplyIsRecognised) {
   EXPECT_FALSE(begins("01 A1 02 D8 51", "01 A1 00"));
   EXPECT_TRUE(begins("01 CC 02 F4 C1", "01 CC 00"));
   EXPECT_FALSE(begins("01 CC 02 F4 C1", "01 03 02"));
+}
+
+// (4): two bytes, or three bytes, MSB first: three only for 17 to 24 bits, and only where two registers were read.
+TEST(SaaModbusCodec, ThreeBytesAnswerTwoRegistersOnly) {
+  const auto check = [](int registers, const Frame& reply, int bits) {
+    return Check(*ParseRequest(ReadRequest(1, registers)), reply, bits).error;
+  };
+  const Frame three = modbus::Sealed({0x01, 0x03, 0x03, 0x01, 0x02, 0x03});
+  const Frame two = modbus::Sealed({0x01, 0x03, 0x02, 0x01, 0x02});
+  EXPECT_EQ(check(2, three, 20), std::nullopt);
+  EXPECT_EQ(check(1, three, 20), ErrorKind::kWrongEcho);
+  EXPECT_EQ(check(2, two, 20), ErrorKind::kWrongEcho);
+  EXPECT_EQ(check(2, three, 16), ErrorKind::kWrongEcho);
+  EXPECT_EQ(check(2, three, 25), ErrorKind::kWrongEcho);
+}
+
+TEST(SaaModbusCodec, ARequestReadsFromRegisterZero) {
+  EXPECT_FALSE(ParseRequest(modbus::Sealed({0x01, 0x03, 0x01, 0x00, 0x00, 0x01})));
+  EXPECT_FALSE(ParseRequest(modbus::Sealed({0x01, 0x03, 0x00, 0x01, 0x00, 0x01})));
+  EXPECT_FALSE(ParseRequest(modbus::Sealed({0x01, 0x03, 0x00, 0x00, 0x01, 0x01})));
+}
+
+TEST(SaaModbusCodec, OnlyAQueryIsAnsweredWithTheCrcEitherWay) {
+  const auto swapped = [](const Frame& frame) {
+    std::vector<std::uint8_t> bytes(frame.data(), frame.data() + frame.size());
+    std::swap(bytes[bytes.size() - 1], bytes[bytes.size() - 2]);
+    return bytes;
+  };
+  const auto reply = swapped(modbus::Sealed({kEveryone, kQueryAddress, 0x05}));
+  EXPECT_EQ(Check(*ParseRequest(QueryRequest()), reply, 16).address, 5);
+  const auto other = swapped(modbus::Sealed({0x01, kQueryAddress, 0x05}));
+  EXPECT_EQ(Check(*ParseRequest(ReadRequest(1, 1)), other, 16).error, ErrorKind::kChecksum);
+}
+
+TEST(SaaModbusCodec, AReplyMatchesItsRequest) {
+  const Frame one = ReadRequest(1, 1);
+  const Frame two = ReadRequest(1, 2);
+  EXPECT_EQ(MatchReply(one, modbus::Sealed({0x01, 0x03, 0x02, 0x01, 0x02})), ReplyMatch::kYes);
+  EXPECT_EQ(MatchReply(two, modbus::Sealed({0x01, 0x03, 0x03, 0x01, 0x02, 0x03})), ReplyMatch::kYes);
+  EXPECT_EQ(MatchReply(two, modbus::Sealed({0x01, 0x03, 0x04, 0xFF, 0xFF, 0xFF, 0xFF})), ReplyMatch::kYes)
+      << "the resolution belongs to the content";
+  EXPECT_EQ(MatchReply(one, modbus::Sealed({0x01, 0x83, 0x02})), ReplyMatch::kRefusal);
+  EXPECT_EQ(MatchReply(one, modbus::Sealed({0x02, 0x03, 0x02, 0x01, 0x02})), ReplyMatch::kNo);
+  EXPECT_EQ(MatchReply(one, modbus::Sealed({0x01, 0x03, 0x02, 0x01, 0x02, 0x00})), ReplyMatch::kNo) << "too long";
+  EXPECT_EQ(MatchReply(one, std::vector<std::uint8_t>{0x01, 0x03}), ReplyMatch::kNo) << "too short";
+  EXPECT_EQ(MatchReply(two, std::vector<std::uint8_t>{0x01, 0x03}), ReplyMatch::kNo);
+  EXPECT_EQ(MatchReply(modbus::Sealed({0x01, 0x02, 0x03}), modbus::Sealed({0x01, 0x02, 0x03})), ReplyMatch::kNo)
+      << "no request of the manual";
+}
+
+TEST(SaaModbusCodec, ADamagedReplyMatchesByItsFirstThreeBytes) {
+  const auto damaged = [](const Frame& request, const Frame& frame) {
+    std::vector<std::uint8_t> bytes(frame.data(), frame.data() + frame.size());
+    bytes.back() = static_cast<std::uint8_t>(bytes.back() ^ 0x10U);
+    return MatchReply(request, bytes);
+  };
+  EXPECT_EQ(damaged(ReadRequest(1, 1), modbus::Sealed({0x01, 0x03, 0x02, 0x01, 0x02})), ReplyMatch::kDamaged);
+  EXPECT_EQ(damaged(ReadRequest(1, 1), modbus::Sealed({0x01, 0x03, 0x03, 0x01, 0x02, 0x03})), ReplyMatch::kNearly);
+  EXPECT_EQ(damaged(ReadRequest(1, 2), modbus::Sealed({0x01, 0x03, 0x04, 0x00, 0x01, 0x02, 0x03})),
+            ReplyMatch::kDamaged);
+  EXPECT_EQ(damaged(ReadRequest(1, 2), modbus::Sealed({0x01, 0x03, 0x03, 0x01, 0x02, 0x03})), ReplyMatch::kDamaged);
+  EXPECT_EQ(damaged(SetParameterRequest(1, Parameter::kZero), SetParameterRequest(1, Parameter::kZero)),
+            ReplyMatch::kDamaged);
+}
+
+TEST(SaaModbusCodec, AShapeHasWhatTheReplyRepeats) {
+  const ReplyShape read = ReplyShapeOf(ReadRequest(1, 2));
+  EXPECT_EQ(read.reply, 0x0103'0002U);
+  EXPECT_EQ(read.refusal, 0x0183'0000U);
+  EXPECT_FALSE(read.exact);
+  const ReplyShape zero = ReplyShapeOf(SetParameterRequest(1, Parameter::kZero));
+  EXPECT_EQ(zero.reply, 0x01CC'0000U | static_cast<std::uint32_t>(Parameter::kZero));
+  EXPECT_EQ(zero.refusal, zero.reply) << "writes are not refused";
+  EXPECT_TRUE(zero.exact);
+  EXPECT_EQ(ReplyShapeOf(SetAddressRequest(1, 2)).reply >> 16U, 0x02A1U) << "from its new address";
 }
 
 }  // namespace

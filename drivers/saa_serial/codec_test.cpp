@@ -124,5 +124,50 @@ TEST(SaaCodec, TheSumIsBlindToSwapsAndToChangesThatCancel) {
   EXPECT_EQ(ParseReply(GoldenBytes("FF 81 13 33 56 1C"), {.bits = 24}).error, ReplyError::kNone);
 }
 
+// ---- what a reply answers ----
+
+ReplyMatch Match(const std::string& reply, const Format& format, std::uint8_t address = 0) {
+  const Frame request = Request(address);
+  return ShapeOf(format).match(format.header == ReplyHeader::kFixed ? Bytes() : Bytes(request), GoldenBytes(reply));
+}
+
+TEST(SaaCodec, AFrameMatchesByItsHeader) {
+  const Format fixed{.bits = 14};
+  EXPECT_EQ(Match("FF 81 12 34 C6", fixed), ReplyMatch::kYes);
+  EXPECT_EQ(Match("FF 81 12 34 C7", fixed), ReplyMatch::kDamaged);
+  EXPECT_EQ(Match("FF 80 12 34 C6", fixed), ReplyMatch::kNearly) << "one bit of the header";
+  EXPECT_EQ(Match("FE 80 12 34 C6", fixed), ReplyMatch::kNearly) << "two bits";
+  EXPECT_EQ(Match("FC 81 12 34 C6", fixed), ReplyMatch::kNearly);
+  EXPECT_EQ(Match("FF 86 12 34 C6", fixed), ReplyMatch::kNo) << "three bits";
+  EXPECT_EQ(Match("FF 83 12 34 C8", fixed), ReplyMatch::kNo) << "a good frame of another encoder";
+  EXPECT_EQ(Match("FF 81 FF FF FF FF 7A", {.bits = 26}), ReplyMatch::kDamaged);
+  EXPECT_EQ(Match("FF 81 08 00 00 00 88", {.bits = 26}), ReplyMatch::kYes) << "the resolution is its content";
+}
+
+TEST(SaaCodec, AFrameWithoutOneByteIsNearlyItsReply) {
+  const Format fixed{.bits = 14};
+  EXPECT_EQ(Match("FF 81 12 34", fixed), ReplyMatch::kNearly);
+  EXPECT_EQ(Match("FF 12 34 C6", fixed), ReplyMatch::kNearly);
+  EXPECT_EQ(Match("81 12 34 C6", fixed), ReplyMatch::kNearly) << "the start is missing";
+  EXPECT_EQ(Match("12 34 C6 00", fixed), ReplyMatch::kNo);
+  EXPECT_EQ(Match("12 81 34 C6", fixed), ReplyMatch::kNo);
+  EXPECT_EQ(Match("FF 81 12", fixed), ReplyMatch::kNo) << "two bytes are missing";
+  EXPECT_EQ(Match("FF 81 12 34 C6 00", fixed), ReplyMatch::kNo);
+  EXPECT_EQ(Match("0A 12 34 C6", {.bits = 14, .header = ReplyHeader::kAddress, .address = 0x0A}, 0x0A),
+            ReplyMatch::kNearly);
+}
+
+TEST(SaaCodec, TheRequestNamesTheAddressOfItsReply) {
+  const Format address{.bits = 14, .header = ReplyHeader::kAddress, .address = 0x0A};
+  EXPECT_EQ(Match("FF 0A 12 34 4F", address, 0x0A), ReplyMatch::kYes);
+  EXPECT_EQ(Match("FF 0A 12 34 50", address, 0x0A), ReplyMatch::kDamaged);
+  EXPECT_EQ(Match("FF 81 12 34 C7", address, 0x0A), ReplyMatch::kNo) << "81 is four bits away";
+  const Format either{.bits = 14, .header = ReplyHeader::kEither, .address = 0x0A};
+  EXPECT_EQ(Match("FF 81 12 34 C7", either, 0x0A), ReplyMatch::kDamaged);
+  EXPECT_EQ(Match("FF 0A 12 34 50", either, 0x0A), ReplyMatch::kDamaged);
+  EXPECT_EQ(Match("FF 81 12 34 C6", either, 0x0A), ReplyMatch::kYes);
+  EXPECT_EQ(Match("FF 0A 12 34 50", {.bits = 14}), ReplyMatch::kNo) << "a fixed header has no address";
+}
+
 }  // namespace
 }  // namespace axlecast::saa_serial

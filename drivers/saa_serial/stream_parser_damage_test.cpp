@@ -8,6 +8,7 @@
 #include "drivers/kit/simulation/simulated_fault.h"
 #include "drivers/saa_serial/stream_parser.h"
 #include "drivers/saa_serial/stream_test_support.h"
+#include "tests/support/thorough.h"
 
 namespace axlecast::saa_serial {
 namespace {
@@ -69,7 +70,7 @@ void OneFrameIsLost(const std::function<ByteList(ByteList frame, std::size_t at)
 }
 
 TEST(SaaStreamDamage, AChangedByteCostsItsFrame) {
-  for (unsigned change = 1; change < 256; ++change) {
+  for (unsigned change = 1; change < 256; change += StepOfValues(5U)) {
     OneFrameIsLost([change](ByteList frame, std::size_t at) {
       frame[at] = static_cast<std::uint8_t>(frame[at] ^ change);
       return frame;
@@ -86,7 +87,7 @@ TEST(SaaStreamDamage, AMissingByteCostsItsFrame) {
 }
 
 TEST(SaaStreamDamage, AByteTooManyCostsItsFrame) {
-  for (unsigned value = 0; value < 256; ++value) {
+  for (unsigned value = 0; value < 256; value += StepOfValues(5U)) {
     OneFrameIsLost([value](ByteList frame, std::size_t at) {
       frame.insert(frame.begin() + static_cast<std::ptrdiff_t>(at), static_cast<std::uint8_t>(value));
       return frame;
@@ -150,7 +151,7 @@ class Adversary {
 TEST(SaaStreamDamage, UpToSixteenBitsAGoodFrameThatAGoodOneFollowsIsAlwaysFound) {
   int seen = 0;
   for (const int bits : {10, 14, 15, 16}) {
-    for (std::uint64_t seed = 0; seed < 8'000; ++seed) {
+    for (std::uint64_t seed = 0; seed < Times(8'000U, 4U); ++seed) {
       Adversary adversary(bits, seed);
       const Stream stream = adversary.Make(14);
       const auto found = Parsed(stream, bits, adversary.Chunk());
@@ -161,14 +162,14 @@ TEST(SaaStreamDamage, UpToSixteenBitsAGoodFrameThatAGoodOneFollowsIsAlwaysFound)
       seen += static_cast<int>(stream.good.size());
     }
   }
-  EXPECT_GT(seen, 100'000);
+  EXPECT_GT(seen, Times(100'000, 4));
 }
 
 // Above: only where the bytes can be read in two ways and nothing was found lately.
 TEST(SaaStreamDamage, AboveSixteenBitsOnlyWhatCanBeReadInTwoWaysIsLost) {
   for (const int bits : {17, 20, 24, 25, 26}) {
     const auto size = static_cast<std::int64_t>(ReplySize(bits));
-    for (std::uint64_t seed = 0; seed < 8'000; ++seed) {
+    for (std::uint64_t seed = 0; seed < Times(8'000U, 4U); ++seed) {
       Adversary adversary(bits, seed);
       const Stream stream = adversary.Make(14);
       const auto found = Parsed(stream, bits, adversary.Chunk());

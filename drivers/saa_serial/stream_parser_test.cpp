@@ -328,5 +328,53 @@ TEST(SaaStreamParser, AfterARestartNothingOldIsLeft) {
   EXPECT_THAT(FramePlaces(ParseAll(parser, stream, 20)), ElementsAre(5, 10));
 }
 
+TEST(SaaStreamParser, ARestartAmidWhatWasReadFindsTheNextFrame) {
+  StreamParser parser(14);
+  ByteList two = StreamFrame(1, 14);
+  Append(two, StreamFrame(2, 14));
+  parser.Append(two, {0, 1});
+  ASSERT_TRUE(parser.Next());
+  parser.Restart();
+  ByteList next = {0x00};  // who begins to listen amid a frame has lost nothing
+  Append(next, StreamFrame(3, 14));
+  parser.Append(next, {2, 3});
+  const auto found = parser.Next();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->error, std::nullopt);
+  EXPECT_EQ(found->counts, 3U);
+}
+
+TEST(SaaStreamParser, ARestartForgetsTheBadBytesBeforeIt) {
+  StreamParser parser(14);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(ParseAll(parser, ByteList(8, 0x00), 8).empty()) << i;  // four bytes of which none begins a frame
+    parser.Restart();
+  }
+}
+
+TEST(SaaStreamParser, OnlyAFrameThatEndsInTheNewestReadKnowsWhatCameBehindIt) {
+  StreamParser parser(14);
+  ByteList three = StreamFrame(1, 14);
+  Append(three, StreamFrame(2, 14));
+  Append(three, StreamFrame(3, 14));
+  parser.Append(Bytes(three).first(7), {0, 1});
+  parser.Append(Bytes(three).subspan(7), {2, 3});
+  EXPECT_EQ(parser.Next()->behind, std::nullopt);
+  EXPECT_EQ(parser.Next()->behind, 5U);
+  EXPECT_EQ(parser.Next()->behind, 0U);
+}
+
+TEST(SaaStreamParser, AByteThatIsNoHeaderEndsTheWaitBehindAChecksumOfFF) {
+  ByteList frame = StreamFrame(0x007F, 14);
+  ASSERT_EQ(frame.back(), 0xFF);
+  StreamParser parser(14);
+  parser.Append(frame, {0, 1});
+  EXPECT_FALSE(parser.Next()) << "its checksum may be the start of a frame";
+  parser.Append(ByteList{0x00}, {2, 3});
+  const auto found = parser.Next();
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->counts, 0x7FU);
+}
+
 }  // namespace
 }  // namespace axlecast::saa_serial

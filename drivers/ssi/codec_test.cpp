@@ -55,6 +55,22 @@ TEST(SsiCodec, GrayNeighboursDifferInOneBit) {
   EXPECT_EQ(ParseWord(0x8000'0000U, longest).counts, 0xFFFF'FFFFU);
 }
 
+// Status bits before the position are no turns, and each part has its own Gray code if they are not joint.
+TEST(SsiCodec, TurnsAndPositionEachInGrayCodeBehindStatusBits) {
+  const Format format = {.word_bits = 12, .first = 2, .turn_bits = 4, .bits = 6, .gray = true, .joint = false};
+  const Word word = ParseWord(0b11'0110'001101, format);
+  EXPECT_EQ(word.turns, 4U);
+  EXPECT_EQ(word.counts, 9U);
+  EXPECT_EQ(ParseWord(0b11'0000'000000, {.word_bits = 12, .first = 2, .turn_bits = 4, .bits = 6}).turns, 0U);
+}
+
+TEST(SsiCodec, ATransferHasNoMoreClocksThanItsBytes) {
+  const Format format = {.word_bits = 15, .bits = 15};
+  const std::vector<std::uint8_t> bytes = {0x80, 0x01};
+  EXPECT_EQ(ParseTransfer(bytes, 16, format).error, WordError::kNone);
+  EXPECT_EQ(ParseTransfer(bytes, 17, format).error, WordError::kShort);
+}
+
 // Converting the padding too would give copies of the last bit behind it.
 TEST(SsiCodec, OnlyTheUsedBitsAreConverted) {
   Format format = TreeFormat(8, 10);

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace axlecast::tformat {
@@ -241,6 +242,128 @@ TEST(Codec, EveryErrorHasItsWord) {
   const std::vector<std::string> words = {
       "none", "short", "long", "checksum", "wrong_echo", "communication_alarm", "abnormal_reply", "range"};
   for (std::size_t i = 0; i < words.size(); ++i) EXPECT_EQ(ReplyErrorName(static_cast<ReplyError>(i)), words[i]);
+}
+
+// ---- what a reply answers ----
+
+constexpr std::uint8_t kOwnEncoder = 0x11;
+
+std::vector<std::uint8_t> WithCrc(std::vector<std::uint8_t> bytes) {
+  bytes.push_back(Crc(bytes));
+  return bytes;
+}
+
+Answer Interpreted(DataId id, const std::vector<std::uint8_t>& reply, bool echo = false,
+                   Event::Kind kind = Event::Kind::kReply) {
+  Event event;
+  event.kind = kind;
+  const Frame request = Request(id);
+  event.request = request;
+  event.bytes = reply;
+  return Interpret(event, {.format = {}, .encoder_id = kOwnEncoder, .echo = echo});
+}
+
+ReplyMatch Match(DataId id, const std::vector<std::uint8_t>& reply) {
+  const Frame request = Request(id);
+  return Ask(id, kMillisecond).shape.match(request, reply);
+}
+
+TEST(Codec, ACommunicationAlarmOfAReadoutHasItsIdAndStatus) {
+  const Reply reply = Parse({0x92}, {0x92, kSfParity, 0x11});  // ID 2
+  EXPECT_EQ(reply.error, ReplyError::kCommunicationAlarm);
+  EXPECT_EQ(reply.id, DataId::kEncoderId);
+  EXPECT_EQ(reply.status, kSfParity);
+}
+
+// Spec 6.3.2: an encoder that misread the request sets ca0 or ca1, and answers with ID 3's data.
+TEST(Codec, TheStatusFieldShowsHowLongAReplyIs) {
+  using Bytes8 = std::vector<std::uint8_t>;
+  for (const auto& [id, field, size] : std::vector<std::tuple<DataId, std::uint8_t, std::size_t>>{
+           {DataId::kSingleTurn, 0x02, 6}, {DataId::kEncoderId, 0x92, 4}, {DataId::kZeroSingleTurn, 0xC2, 6}}) {
+    const ReplyLength length = Ask(id, kMillisecond).reply_length;
+    EXPECT_EQ(length(Bytes8{}), 0U);
+    EXPECT_EQ(length(Bytes8{field}), 0U) << "the status field decides";
+    EXPECT_EQ(length(Bytes8{field, 0x00}), size);
+    EXPECT_EQ(length(Bytes8{field, kSfParity}), kLongestReply);
+    EXPECT_EQ(length(Bytes8{field, kSfDelimiter}), kLongestReply);
+    EXPECT_EQ(length(Bytes8{0x1A}), kLongestReply) << "ID 3";
+  }
+  EXPECT_EQ(AskCell(3, kMillisecond).reply_length(Bytes8{0xEA}), 4U);
+  EXPECT_EQ(Ask(DataId::kAll, kMillisecond).reply_length(Bytes8{0x1A}), 11U);
+}
+
+TEST(Codec, AReplyMatchesItsRequest) {
+  const auto good = WithCrc({0x02, 0x00, 0xA0, 0xA1, 0x01});
+  EXPECT_EQ(Match(DataId::kSingleTurn, good), ReplyMatch::kYes);
+  EXPECT_EQ(Match(DataId::kSingleTurn, WithCrc({0x02, 0x01, 0xA0, 0xA1, 0x01})), ReplyMatch::kYes)
+      << "bits that are always 0 belong to the content";
+  EXPECT_EQ(Match(DataId::kSingleTurn, WithCrc({0x02, kSfParity, 0, 0, 0})), ReplyMatch::kRefusal);
+  EXPECT_EQ(Match(DataId::kSingleTurn, WithCrc({0x1A, 0, 1, 2, 3, kOwnEncoder, 4, 5, 6, 0})), ReplyMatch::kRefusal)
+      << "ID 3's data";
+  EXPECT_EQ(Match(DataId::kSingleTurn, WithCrc({0xBA, 0x00, 0xA0, 0xA1, 0x01})), ReplyMatch::kNo) << "ID 7";
+  EXPECT_EQ(Match(DataId::kSingleTurn, {good.begin(), good.end() - 1}), ReplyMatch::kNo) << "too short";
+}
+
+TEST(Codec, ADamagedReplyMatchesByItsControlField) {
+  const auto damaged = [](std::uint8_t inverted) {
+    auto reply = WithCrc({0x02, 0x00, 0xA0, 0xA1, 0x01});
+    reply[0] = static_cast<std::uint8_t>(reply[0] ^ inverted);
+    reply[3] = static_cast<std::uint8_t>(reply[3] ^ 0x08U);
+    return Match(DataId::kSingleTurn, reply);
+  };
+  EXPECT_EQ(damaged(0x00), ReplyMatch::kDamaged);
+  EXPECT_EQ(damaged(0x01), ReplyMatch::kNearly);
+  EXPECT_EQ(damaged(0x03), ReplyMatch::kNearly);
+  EXPECT_EQ(damaged(0x07), ReplyMatch::kNo);
+  auto another = WithCrc({0x1A, 0x00, 0xA0, 0xA1, 0x01});  // ID 3 instead of ID 0: two bits of the field
+  another[3] = static_cast<std::uint8_t>(another[3] ^ 0x08U);
+  EXPECT_EQ(Match(DataId::kSingleTurn, another), ReplyMatch::kNearly);
+  auto all = WithCrc({0x02, 0, 1, 2, 3, kOwnEncoder, 4, 5, 6, 0});  // ID 0 instead of ID 3
+  all[4] = static_cast<std::uint8_t>(all[4] ^ 0x08U);
+  EXPECT_EQ(Match(DataId::kAll, all), ReplyMatch::kNearly);
+}
+
+TEST(Codec, AShapeHasTheFieldsThatAReplyRepeats) {
+  const ReplyShape cell = AskCell(0x4F, kMillisecond).shape;
+  EXPECT_EQ(cell.reply, 0x4FEAU) << "address and control field of ID D";
+  EXPECT_EQ(cell.refusal, 0x1AU) << "ID 3";
+  EXPECT_FALSE(cell.exact);
+  const ReplyShape write = WriteCell(0x01, 0xA5, kMillisecond).shape;
+  EXPECT_EQ(write.reply, 0x0132U);
+  EXPECT_TRUE(write.exact);
+  for (const DataId id : kDataIds) {
+    if (IsEeprom(id)) continue;
+    const ReplyShape shape = Ask(id, kMillisecond).shape;
+    EXPECT_EQ(shape.reply, ControlField(id));
+    EXPECT_EQ(shape.interchangeable, id == DataId::kEncoderId);
+    EXPECT_EQ(shape.exact, IsReset(id));
+  }
+}
+
+TEST(Codec, ALongReplyIsAnEchoOnlyWhereTheAdapterEchoes) {
+  auto longer = WithCrc({0x02, 0x00, 0xA0, 0xA1, 0x01});
+  longer.push_back(0x55);
+  EXPECT_EQ(Interpreted(DataId::kSingleTurn, longer).error, ErrorKind::kUnexpectedBytes);
+  EXPECT_EQ(Interpreted(DataId::kSingleTurn, longer, true).error, ErrorKind::kWrongEcho);
+  auto damaged = WithCrc({0x02, 0x00, 0xA0, 0xA1, 0x01});
+  damaged[3] = static_cast<std::uint8_t>(damaged[3] ^ 0x08U);
+  EXPECT_EQ(Interpreted(DataId::kSingleTurn, damaged, true).error, ErrorKind::kChecksum);
+}
+
+TEST(Codec, AnotherModelIsNamedAlsoByBitsThatThisOneNeverSets) {
+  const Answer answer = Interpreted(DataId::kEncoderId, WithCrc({0x92, 0x01, 0x17}));
+  EXPECT_EQ(answer.error, ErrorKind::kWrongIdentity);
+  EXPECT_EQ(answer.reply.encoder_id, 0x17);
+  EXPECT_EQ(Interpreted(DataId::kEncoderId, WithCrc({0x92, 0x01, kOwnEncoder})).error, ErrorKind::kRange);
+}
+
+TEST(Codec, AReplyThatEndedByItsTimeoutIsShort) {
+  const auto whole = WithCrc({0x92, 0x00, kOwnEncoder});
+  EXPECT_EQ(Interpreted(DataId::kEncoderId, whole).error, std::nullopt);
+  EXPECT_FALSE(Interpreted(DataId::kEncoderId, whole).line_unclear);
+  const Answer late = Interpreted(DataId::kEncoderId, whole, false, Event::Kind::kTimeout);
+  EXPECT_EQ(late.error, ErrorKind::kShort);
+  EXPECT_TRUE(late.line_unclear);
 }
 
 }  // namespace

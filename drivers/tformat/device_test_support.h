@@ -43,7 +43,7 @@ struct AllFields {
   std::uint32_t single_turn = 42405;
   std::uint32_t turns = 3;
   std::uint8_t alarms = 0;
-  std::optional<std::uint8_t> status;  // nothing: as the alarms require
+  std::optional<std::uint8_t> status = {};  // nothing: as the alarms require
   std::uint8_t encoder_id = 0x11;
 };
 

@@ -137,6 +137,18 @@ TEST(Password, IsGoneWhenWiped) {
   for (std::size_t i = 0; i < 32; ++i) EXPECT_EQ(frame.data()[i], 0) << i;
 }
 
+TEST(RegisterMap, BehindTheLastCurveIsNone) {
+  const Block last = LogBlock(kLogs - 1, kQuantities - 1);
+  EXPECT_TRUE(LogHolding(last));
+  EXPECT_FALSE(LogHolding({last.read, 1700, last.count}));
+  EXPECT_FALSE(LogHolding({last.read, 4000, last.count}));
+}
+
+TEST(RegisterMap, TextHasWholeRegistersOfPrintableCharacters) {
+  EXPECT_EQ(RegisterText(ByteList{'A', 'B', 'C'}, CharacterOrder::kHighFirst), "AB");
+  EXPECT_EQ(RegisterText(ByteList{'A', 0x7F, 0x7E, 0x1F}, CharacterOrder::kHighFirst), "A?~?");
+}
+
 }  // namespace
 
 }  // namespace axlecast::tsubaki_sc

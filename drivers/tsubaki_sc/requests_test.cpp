@@ -87,6 +87,59 @@ TEST(Answer, HoldsTheInstantAtWhichTheUnitActed) {
   EXPECT_EQ(whole.at.last, reply_begin + kMillisecond);
 }
 
+TEST(Answer, HasACauseInWords) {
+  const ByteList request = WithCrc({1, 0x04, 0x00, 0xC8, 0x00, 0x01});
+  EXPECT_EQ(CauseOf(AnswerOf(request, {}, Event::Kind::kTimeout)), "timeout");
+  EXPECT_EQ(CauseOf(AnswerOf(request, WithCrc({1, 0x04, 0x02, 0x00, 0x07}))), "no error");
+}
+
+// ---- requests ----
+
+constexpr MonoNs kTimeout = 30 * kMillisecond;
+
+// Guideline 12: address, 11, version high and low, CRC; an error has five bytes.
+TEST(Request, TheVersionsReplyHasSixBytes) {
+  const Exchange exchange = Requests(5, kTimeout).Read(kVersion);
+  EXPECT_EQ(exchange.timeout, kTimeout);
+  EXPECT_EQ(exchange.reply_length({}), 0U);
+  EXPECT_EQ(exchange.reply_length(ByteList{5}), 0U);
+  EXPECT_EQ(exchange.reply_length(ByteList{5, 0x11}), 6U);
+  EXPECT_EQ(exchange.reply_length(ByteList{5, 0x91}), 5U);
+}
+
+TEST(Request, TheVersionsReplyIsRecognised) {
+  const Exchange exchange = Requests(5, kTimeout).Read(kVersion);
+  const auto match = [&](const ByteList& reply) { return exchange.shape.match(exchange.request, reply); };
+  EXPECT_EQ(match(WithCrc({5, 0x11, 0x01, 0x00})), ReplyMatch::kYes);
+  EXPECT_EQ(match({5, 0x11, 0x01, 0x00, 0x00, 0x00}), ReplyMatch::kDamaged);
+  EXPECT_EQ(match(WithCrc({6, 0x11, 0x01, 0x00})), ReplyMatch::kNo);
+  EXPECT_EQ(match(WithCrc({5, 0x04, 0x01, 0x00})), ReplyMatch::kNo);
+  EXPECT_EQ(match(WithCrc({5, 0x91, 0x01})), ReplyMatch::kRefusal);
+}
+
+TEST(Request, OnlyTheMainsAndAStopAreAsGoodWhenTheyAreLate) {
+  const Requests requests(5, kTimeout);
+  EXPECT_TRUE(requests.Read(kMains).shape.interchangeable);
+  EXPECT_FALSE(requests.Read(kLoginStatus).shape.interchangeable);
+  const Exchange stop = requests.SetCoil(kStopCoilAddress);
+  EXPECT_TRUE(stop.shape.interchangeable);
+  EXPECT_FALSE(stop.shape.exact) << "a stop is never held back";
+  const Exchange other = requests.SetCoil(kStopCoilAddress + 1);
+  EXPECT_FALSE(other.shape.interchangeable);
+  EXPECT_TRUE(other.shape.exact);
+}
+
+// Guideline 10: the login is AO 100 to 107, written by function 16.
+TEST(Request, ALoginIsAWriteToItsRegisters) {
+  EXPECT_TRUE(IsLogin(ByteList{1, 0x10, 0x00, 100, 0x00, 8}));
+  EXPECT_FALSE(IsLogin(ByteList{1, 0x10, 0x00, 100, 0x00}));
+  EXPECT_FALSE(IsLogin(ByteList{1, 0x10}));
+  EXPECT_FALSE(IsLogin({}));
+  EXPECT_FALSE(IsLogin(ByteList{1, 0x03, 0x00, 100, 0x00, 8}));
+  EXPECT_FALSE(IsLogin(ByteList{1, 0x10, 0x00, 101, 0x00, 8}));
+  EXPECT_FALSE(IsLogin(ByteList{1, 0x10, 0x01, 100, 0x00, 8}));
+}
+
 }  // namespace
 
 }  // namespace axlecast::tsubaki_sc

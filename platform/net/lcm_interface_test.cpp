@@ -32,7 +32,9 @@ class OwnPort {
     for (const MonoNs end = clock_.Now() + kLimit; clock_.Now() < end && received_ == before;) {
       port_.Publish("A", kMessage);
       pollfd readable{port_.FileDescriptor(), POLLIN, 0};
-      if (poll(&readable, 1, 10) > 0) EXPECT_TRUE(port_.Handle(0));
+      if (poll(&readable, 1, 10) > 0) {
+        EXPECT_TRUE(port_.Handle(0));
+      }
     }
     return received_ > before;
   }
@@ -42,7 +44,9 @@ class OwnPort {
     const auto reported = [&] { return port_.received().network.find(expected) != std::string::npos; };
     for (const MonoNs end = clock_.Now() + kLimit; clock_.Now() < end && !reported();) {
       pollfd readable{port_.FileDescriptor(), POLLIN, 0};
-      if (poll(&readable, 1, 1'000) > 0) EXPECT_TRUE(port_.Handle(0));
+      if (poll(&readable, 1, 1'000) > 0) {
+        EXPECT_TRUE(port_.Handle(0));
+      }
     }
     return port_.received().network;
   }

@@ -49,6 +49,35 @@ TEST_F(ChannelSubscriptionsTest, ThePrefixIsText) {
   EXPECT_THAT(calls_, ElementsAre("A"));
 }
 
+TEST_F(ChannelSubscriptionsTest, RefusesAPatternThatIsNone) {
+  ChannelSubscriptions subscriptions("");
+  EXPECT_FALSE(subscriptions.Add("(", Into("")));
+  EXPECT_TRUE(subscriptions.empty());
+  EXPECT_EQ(subscriptions.Dispatch("A", kMessage), 0U);
+}
+
+TEST_F(ChannelSubscriptionsTest, CountsTheMemoryOfItsNames) {
+  ChannelSubscriptions subscriptions("");
+  EXPECT_EQ(subscriptions.memory(), 0U);
+  ASSERT_TRUE(subscriptions.Add(".*", Into("")));
+  const std::size_t before = subscriptions.memory();
+  EXPECT_GE(before, ChannelSubscriptions::kRememberedNames * 2 * sizeof(std::string));
+  subscriptions.Dispatch(std::string(1'000, 'x'), kMessage);
+  EXPECT_GE(subscriptions.memory(), before + 1'900) << "the name with its prefix, and without";
+}
+
+TEST_F(ChannelSubscriptionsTest, CallsHandlersWithTheNameThatCame) {
+  ChannelSubscriptions subscriptions("cell/");
+  ASSERT_TRUE(subscriptions.Add(".*", Into("")));
+  for (int i = 0; i < 3'000; ++i) {
+    const std::string name = std::to_string(i);
+    subscriptions.Dispatch("cell/" + name, kMessage);
+    ASSERT_EQ(calls_.back(), name);
+    subscriptions.Dispatch("cell/" + name, kMessage);
+    ASSERT_EQ(calls_.back(), name);
+  }
+}
+
 // liblcm kept about 150 bytes of every name that it received: 600,000 names cost 180 MB in each process.
 TEST_F(ChannelSubscriptionsTest, HoldsNoMoreHoweverManyNamesCome) {
   ChannelSubscriptions subscriptions("");

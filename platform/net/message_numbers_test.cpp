@@ -109,5 +109,64 @@ TEST_F(MessageNumbersTest, WhatIsAwaitedIsLostUntilItComes) {
   EXPECT_EQ(numbers_.lost(), 0);
 }
 
+TEST_F(MessageNumbersTest, EveryRememberedNumberIsLateOnceAndThenRepeated) {
+  const auto number = [](std::int64_t i) { return static_cast<std::uint32_t>(i); };
+  for (std::int64_t i = 1; i < MessageNumbers::kRemembered; i += 2) numbers_.Receive(number(i), kNow);
+  for (std::int64_t i = 2; i < MessageNumbers::kRemembered; i += 2) numbers_.Receive(number(i), kNow);
+  EXPECT_EQ(numbers_.lost(), 0);
+  EXPECT_EQ(numbers_.repeated(), 0);
+  Receive(1, number(MessageNumbers::kRemembered - 1));
+  EXPECT_EQ(numbers_.repeated(), MessageNumbers::kRemembered - 1);
+}
+
+TEST_F(MessageNumbersTest, AStragglerFromBeforeANewNumberingIsNotMissing) {
+  Receive(0, 100);
+  Receive(0x40000000, 0x40000000);
+  Receive(0x3fffffff, 0x3fffffff);
+  EXPECT_EQ(numbers_.lost(), 0);
+  EXPECT_EQ(numbers_.repeated(), 0);
+}
+
+TEST_F(MessageNumbersTest, ZeroInItsTurnAfterASilenceIsNoRestart) {
+  Receive(0xfffffff0, 0xfffffffd);
+  Receive(0xffffffff, 0xffffffff);
+  numbers_.Receive(0, kNow + MessageNumbers::kSilenceUs);
+  EXPECT_EQ(numbers_.lost(), 1);
+  numbers_.Receive(0xfffffffe, kNow + MessageNumbers::kSilenceUs);
+  EXPECT_EQ(numbers_.lost(), 0) << "the number that was missing is late";
+}
+
+TEST_F(MessageNumbersTest, ACopyAfterASilenceIsRepeatedUnlessItIsZero) {
+  Receive(0, 5);
+  numbers_.Receive(5, kNow + MessageNumbers::kSilenceUs);
+  EXPECT_EQ(numbers_.repeated(), 1);
+}
+
+TEST_F(MessageNumbersTest, AProgramThatStartsAgainAfterItsFirstMessageRepeatsNothing) {
+  Receive(0, 0);
+  numbers_.Receive(0, kNow + MessageNumbers::kSilenceUs);
+  EXPECT_EQ(numbers_.repeated(), 0);
+  EXPECT_EQ(numbers_.lost(), 0);
+}
+
+TEST_F(MessageNumbersTest, UpTo64StragglersFromBeforeTheBeginDoNotBeginANewNumbering) {
+  Receive(1'000, 1'000);
+  Receive(1'000 - 64, 1'000 - 64);
+  Receive(1'001, 1'001);
+  EXPECT_EQ(numbers_.lost(), 0);
+  Receive(1'001 - 67, 1'001 - 67);  // one too far back: numbers continue from here
+  Receive(1'001, 1'001);
+  EXPECT_EQ(numbers_.lost(), 66);
+}
+
+TEST_F(MessageNumbersTest, TheFarthestJumpAheadIsOneLessThanItsLimit) {
+  Receive(0, 0);
+  const auto limit = static_cast<std::uint32_t>(MessageNumbers::kFarthestAhead);
+  Receive(limit + 1, limit + 1);
+  EXPECT_EQ(numbers_.lost(), 0) << "a new numbering";
+  Receive(2 * limit + 1, 2 * limit + 1);
+  EXPECT_EQ(numbers_.lost(), MessageNumbers::kFarthestAhead - 1);
+}
+
 }  // namespace
 }  // namespace axlecast

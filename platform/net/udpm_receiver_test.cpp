@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "platform/net/datagram_test_support.h"
@@ -101,6 +102,13 @@ TEST(UdpmPacketTest, RefusesFragmentsThatContradictThemselves) {
   EXPECT_TRUE(IsRefused({.size = 9, .number = 0, .count = 2}, "123456789")) << "nothing is left for the other";
   EXPECT_TRUE(IsRefused({.size = 9, .offset = 4, .number = 1, .count = 11}, "1")) << "more fragments than bytes";
   EXPECT_TRUE(IsRefused({.size = (1U << 28) + 1, .number = 0, .count = 2}, "1")) << "larger than LCM sends";
+}
+
+TEST(UdpmPacketTest, TakesFragmentsAtEveryLimit) {
+  EXPECT_FALSE(IsRefused({.size = 0, .number = 0, .count = 1}, "")) << "an empty message";
+  EXPECT_FALSE(IsRefused({.size = 9, .offset = 4, .number = 1, .count = 10}, "1"))
+      << "a byte for each after the first";
+  EXPECT_FALSE(IsRefused({.size = 1U << 28, .number = 0, .count = 2}, "1")) << "the largest that LCM sends";
 }
 
 using ::testing::ElementsAre;
@@ -211,6 +219,71 @@ TEST_F(UdpmReceiverTest, FragmentsThatContradictEachOtherMakeNoMessage) {
   EXPECT_EQ(receiver_.lost(), 4);
 }
 
+TEST_F(UdpmReceiverTest, AFragmentThatContradictsAnEarlierOneBeginsTheMessageAgain) {
+  Part(1, 0);
+  On(FragmentDatagram({1, 10, 0, 0, 3}, "BIG", "wxyz"));
+  Part(1, 1);
+  Part(1, 2);
+  EXPECT_THAT(messages_, ElementsAre("BIG=wxyzefghij"));
+}
+
+TEST_F(UdpmReceiverTest, FragmentsOfOneMessageMayComeTwoSecondsApart) {
+  now_ = 5 * kSecond;
+  Part(1, 0);
+  now_ += FragmentStore::kAge;
+  Part(1, 1);
+  Part(1, 2);
+  EXPECT_THAT(messages_, ElementsAre("BIG=abcdefghij"));
+}
+
+TEST_F(UdpmReceiverTest, AWholeMessageLeavesNothingThatExpires) {
+  for (const std::uint32_t sequence : {1U, 2U}) {
+    for (const std::uint32_t part : {0U, 1U, 2U}) Part(sequence, part);
+    EXPECT_EQ(receiver_.fragment_memory(), 0U);
+    now_ += FragmentStore::kAge + 1;
+  }
+  EXPECT_EQ(messages_.size(), 2U);
+}
+
+TEST_F(UdpmReceiverTest, AShortMessageReplacesFragmentsOfItsNumber) {
+  Part(5, 0);
+  Part(6, 0);
+  Short(5);
+  Part(5, 1);
+  Part(5, 2);
+  EXPECT_THAT(messages_, ElementsAre("C=5"));
+  Part(6, 1);
+  Part(6, 2);
+  EXPECT_THAT(messages_, ElementsAre("C=5", "BIG=abcdefghij"));
+}
+
+TEST_F(UdpmReceiverTest, AfterItsEndItReceivesAsBefore) {
+  Part(1, 0);
+  Part(2, 0);
+  receiver_.End();
+  EXPECT_EQ(receiver_.fragment_memory(), 0U);
+  for (const std::uint32_t part : {0U, 1U, 2U}) Part(3, part);
+  EXPECT_THAT(messages_, ElementsAre("BIG=abcdefghij"));
+}
+
+TEST_F(UdpmReceiverTest, SendersWithEqualLossesAreInTheOrderOfTheirAddresses) {
+  for (const SenderAddress& sender : {kOther, kOne}) Short(7, sender);
+  ASSERT_EQ(receiver_.senders().size(), 2U);
+  EXPECT_EQ(receiver_.senders()[0].sender, kOne);
+}
+
+TEST_F(UdpmReceiverTest, TheIncompleteMessagesOfEachSenderAreItsOwn) {
+  Part(1, 0);
+  Part(1, 0, kOther);
+  Part(2, 0, kOther);
+  now_ += FragmentStore::kAge + 1;
+  Part(3, 0, kOther);
+  const auto senders = receiver_.senders();
+  EXPECT_EQ(senders[0].sender, kOther);
+  EXPECT_EQ(senders[0].lost, 2);
+  EXPECT_EQ(senders[1].lost, 1);
+}
+
 TEST_F(UdpmReceiverTest, CopiesOfFragmentsChangeNothing) {
   Part(1, 0);
   Part(1, 0);
@@ -239,6 +312,43 @@ TEST_F(UdpmReceiverTest, ForgetsTheSenderThatIsSilentForLongestButNotItsLosses) 
   EXPECT_EQ(receiver_.senders().size(), UdpmReceiver::kMaxSenders);
   EXPECT_EQ(receiver_.senders()[0].lost, 0);
   EXPECT_EQ(receiver_.lost(), 8);
+}
+
+TEST_F(UdpmReceiverTest, TheFragmentsOfARemovedSenderAreRemovedAndNoOthers) {
+  Part(1, 0);
+  Part(2, 0);
+  const std::size_t two = receiver_.fragment_memory();
+  Part(1, 0, kOther);
+  Part(2, 0, kOther);
+  const auto others = static_cast<std::uint16_t>(UdpmReceiver::kMaxSenders - 1);
+  for (std::uint16_t i = 0; i < others; ++i) Short(0, SenderAddress::OfIPv4(0x0a000001, i));
+  EXPECT_EQ(receiver_.fragment_memory(), two);
+  Part(1, 1, kOther);
+  Part(1, 2, kOther);
+  EXPECT_EQ(messages_.back(), "BIG=abcdefghij");
+}
+
+TEST_F(UdpmReceiverTest, ASenderThatContinuesIsNotTheOneThatIsRemoved) {
+  Short(0);
+  Short(0, kOther);
+  Short(3);  // kOther is silent for longest now
+  const auto others = static_cast<std::uint16_t>(UdpmReceiver::kMaxSenders - 1);
+  for (std::uint16_t i = 0; i < others; ++i) Short(0, SenderAddress::OfIPv4(0x0a000001, i));
+  EXPECT_EQ(receiver_.senders()[0].sender, kOne);
+  EXPECT_EQ(receiver_.senders()[0].lost, 2);
+}
+
+TEST_F(UdpmReceiverTest, ASenderIsEstablishedByItsSixteenthMessage) {
+  for (std::uint32_t i = 0; i < 16; ++i) Short(i);
+  for (std::uint32_t i = 0; i < 15; ++i) Short(i, kOther);
+  for (std::uint16_t i = 0; i < UdpmReceiver::kMaxSenders; ++i) Short(0, SenderAddress::OfIPv4(0x0a000001, i));
+  const auto senders = receiver_.senders();
+  const auto is_there = [&senders](const SenderAddress& address) {
+    return std::any_of(senders.begin(), senders.end(),
+                       [&](const SenderCount& one) { return one.sender == address; });
+  };
+  EXPECT_TRUE(is_there(kOne));
+  EXPECT_FALSE(is_there(kOther));
 }
 
 // A flood from ever new addresses made every counter of the machine's own senders begin again.
@@ -326,6 +436,36 @@ TEST(FragmentStoreTest, TinyHostileFragmentsAreBoundedToo) {
   }
   EXPECT_LE(store.memory(), FragmentLimits{}.total);
   EXPECT_LT(store.awaited(), 140'000);
+}
+
+TEST(FragmentStoreTest, CountsWhatAnIncompleteMessageCostsBesideItsBytes) {
+  FragmentStore store;
+  const std::uint8_t byte = 1;
+  for (std::uint32_t sequence = 0; sequence < 10'000; ++sequence) {
+    static_cast<void>(store.Add(kOne, {sequence, 9, 0, 0, 9, "C", {&byte, 1}}, 0, true));
+  }
+  EXPECT_LT(store.awaited(), static_cast<std::int64_t>(FragmentLimits{}.older / 400)) << "about 500 bytes each";
+}
+
+TEST(FragmentStoreTest, TakesAMessageOfExactlyItsLimit) {
+  FragmentStore store(FragmentLimits{.total = 2'000, .older = 1'000});
+  const std::vector<std::uint8_t> bytes(500, 1);
+  EXPECT_FALSE(store.Add(kOne, {1, 2'000, 0, 0, 2, "C", bytes}, 0, true));
+  EXPECT_EQ(store.awaited(), 1);
+}
+
+TEST(FragmentStoreTest, HoldsAfterItsClearingAsMuchAsBefore) {
+  FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 4U << 10});
+  const std::vector<std::uint8_t> bytes(1'000, 1);
+  for (const std::uint32_t round : {0U, 10U}) {
+    for (std::uint32_t sequence = round; sequence < round + 3; ++sequence) {
+      static_cast<void>(store.Add(kOne, PartOf(sequence, 0, bytes), 0, true));
+    }
+    EXPECT_EQ(store.awaited(), 3);
+    store.Clear();
+    EXPECT_EQ(store.memory(), 0U);
+    EXPECT_EQ(store.awaited(), 0);
+  }
 }
 
 TEST(FragmentStoreTest, BeginsNoMessageThatItCouldNeverHold) {

@@ -52,7 +52,8 @@ inline HostFacts GoodHost() {
                .group = "dialout",
                .readable = true,
                .writable = true};
-  host.clock = {.known = true, .synchronised = true};
+  host.clock.known = true;
+  host.clock.synchronised = true;
   return host;
 }
 

@@ -75,6 +75,7 @@ TEST(Adu, TheLongestWriteFitsAFrame) {
   const std::vector<std::uint16_t> values(123, 0xFFFF);
   const Frame frame = WriteRegisters(1, 0, values);
   EXPECT_EQ(frame.size(), 255U);
+  EXPECT_EQ(frame.data()[6], 246) << "the byte count: two for each register (Application Protocol V1.1b3, 6.12)";
   EXPECT_TRUE(IsSealed(frame));
 }
 
@@ -104,6 +105,22 @@ TEST(Adu, RepliesAsPymodbusBuildsThem) {
   EXPECT_TRUE(Check(WriteRegisters(0x07, 1, values), Hex("07 10 00 01 00 02 10 6E")).ok());
 }
 
+// Application Protocol V1.1b3, 6.1: 1 to 2,000 coils, 8 in a byte; the last byte is filled with zeros.
+TEST(Adu, TheByteCountOfCoils) {
+  std::vector<std::uint8_t> reply = {0x03, 0x01, 250};
+  reply.resize(253, 0x55);
+  const std::uint16_t crc = Crc16(reply);
+  reply.push_back(static_cast<std::uint8_t>(crc));
+  reply.push_back(static_cast<std::uint8_t>(crc >> 8U));
+  EXPECT_EQ(Check(Read(0x03, Function::kReadCoils, 0, 2'000), reply).data.size(), 250U);
+  EXPECT_EQ(Check(Read(0x03, Function::kReadCoils, 0, 1'992), reply).error, ErrorKind::kRange);
+  const Frame two = Sealed({0x03, 0x01, 2, 0x55, 0x55});
+  EXPECT_TRUE(Check(Read(0x03, Function::kReadCoils, 0, 16), two).ok());
+  EXPECT_TRUE(Check(Read(0x03, Function::kReadCoils, 0, 9), two).ok());
+  EXPECT_EQ(Check(Read(0x03, Function::kReadCoils, 0, 17), two).error, ErrorKind::kRange);
+  EXPECT_EQ(Check(Read(0x03, Function::kReadCoils, 0, 8), two).error, ErrorKind::kRange);
+}
+
 TEST(Adu, ReportServerIdWithByteCount) {
   const Frame request = Sealed({0x01, 0x11});
   const Frame reply = Sealed({0x01, 0x11, 0x03, 0x41, 0x42, 0xFF});
@@ -117,6 +134,7 @@ TEST(Adu, Exceptions) {
   const Reply reply = Check(Read(0x09, Function::kReadHoldingRegisters, 0, 1), Hex("09 83 02 41 33"));
   EXPECT_EQ(reply.error, ErrorKind::kException);
   EXPECT_EQ(reply.exception, 2);
+  EXPECT_EQ(Check(Hex("09 03"), Hex("09 83 02 41 33")).error, ErrorKind::kException) << "address and function";
   // The exception of another function is not an answer to this request.
   EXPECT_EQ(Check(Read(0x09, Function::kReadHoldingRegisters, 0, 1), Hex("09 86 04 C2 61")).error,
             ErrorKind::kWrongEcho);
@@ -162,7 +180,9 @@ TEST(Adu, ReplyLengths) {
   EXPECT_EQ(ReplyLength(Hex("01 01 03")), 8U);
   EXPECT_EQ(ReplyLength(Hex("01 11 03")), 8U);
   EXPECT_EQ(ReplyLength(Hex("01 04 FA")), 255U);
-  EXPECT_EQ(ReplyLength(Hex("01 04 FF")), 5U);  // no ADU is that long
+  EXPECT_EQ(ReplyLength(Hex("01 04 FB")), 256U);  // the longest ADU (Serial Line V1.02, 2.5.1)
+  EXPECT_EQ(ReplyLength(Hex("01 04 FC")), 5U);    // no ADU is that long
+  EXPECT_EQ(ReplyLength(Hex("01 04 FF")), 5U);
   for (const char* echo : {"01 05", "01 06", "01 0F", "01 10"}) EXPECT_EQ(ReplyLength(Hex(echo)), 8U) << echo;
   for (const char* other : {"01 83", "01 90", "01 00", "01 2B"}) EXPECT_EQ(ReplyLength(Hex(other)), 5U) << other;
 }
@@ -173,6 +193,66 @@ TEST(Adu, OfAnUnknownRequestNothingIsAccepted) {
   EXPECT_EQ(Check(Hex("01"), Hex("01 83 02 C0 F1")).error, ErrorKind::kWrongEcho);
   EXPECT_EQ(Check({}, Hex("01 83 02 C0 F1")).error, ErrorKind::kWrongEcho);
   EXPECT_EQ(Check(Hex("11 03"), Hex("11 03 06 02 2B 00 00 00 64 C8 BA")).error, ErrorKind::kWrongEcho);
+}
+
+// `frame` with these bits inverted, counted from the lowest bit of the first byte.
+std::vector<std::uint8_t> Inverted(const Frame& frame, const std::vector<std::size_t>& bits) {
+  auto bytes = Vector(frame);
+  for (const std::size_t bit : bits) bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1U << (bit % 8)));
+  return bytes;
+}
+
+TEST(Adu, AReplyMatchesItsRequest) {
+  const Frame request = Read(0x11, Function::kReadHoldingRegisters, 0x6B, 3);
+  EXPECT_EQ(MatchReply(request, Hex("11 03 06 02 2B 00 00 00 64 C8 BA")), ReplyMatch::kYes);
+  EXPECT_EQ(MatchReply(request, Sealed({0x11, 0x83, 0x02})), ReplyMatch::kRefusal);
+  EXPECT_EQ(MatchReply(request, Sealed({0x12, 0x03, 0x06, 0, 0, 0, 0, 0, 0})), ReplyMatch::kNo)
+      << "another address";
+  EXPECT_EQ(MatchReply(request, Sealed({0x11, 0x03, 0x04, 0, 0, 0, 0})), ReplyMatch::kNo) << "another count";
+  EXPECT_EQ(MatchReply(Hex("11 03 00"), Sealed({0x11, 0x83, 0x02})), ReplyMatch::kNo) << "no whole request";
+  const Frame server_id = Sealed({0x01, 0x11});
+  EXPECT_EQ(MatchReply(server_id, Sealed({0x01, 0x11, 0x01, 0x41})), ReplyMatch::kYes);
+}
+
+TEST(Adu, ADamagedReplyMatchesByItsFirstThreeBytes) {
+  const Frame request = Read(0x11, Function::kReadHoldingRegisters, 0x6B, 3);
+  const Frame good = Sealed({0x11, 0x03, 0x06, 0x02, 0x2B, 0x00, 0x00, 0x00, 0x64});
+  EXPECT_EQ(MatchReply(request, Inverted(good, {24})), ReplyMatch::kDamaged);
+  EXPECT_EQ(MatchReply(request, Inverted(good, {0})), ReplyMatch::kNearly);
+  EXPECT_EQ(MatchReply(request, Inverted(good, {1, 2})), ReplyMatch::kNearly);
+  EXPECT_EQ(MatchReply(request, Inverted(good, {1, 2, 3})), ReplyMatch::kNo);
+  EXPECT_EQ(MatchReply(request, Bytes(good).first(6)), ReplyMatch::kDamaged) << "cut off";
+  EXPECT_EQ(MatchReply(request, Bytes(good).first(5)), ReplyMatch::kDamaged);
+  EXPECT_EQ(MatchReply(request, Bytes(good).first(4)), ReplyMatch::kNo) << "too short to be one";
+  const Frame elsewhere = Read(0x11, Function::kReadHoldingRegisters, 0x056B, 3);
+  EXPECT_EQ(MatchReply(elsewhere, Inverted(good, {24})), ReplyMatch::kDamaged)
+      << "a read does not repeat its address";
+
+  const Frame write = WriteRegister(0x06, 0x0F01, 3);
+  EXPECT_EQ(MatchReply(write, write), ReplyMatch::kYes);
+  EXPECT_EQ(MatchReply(write, Inverted(write, {40})), ReplyMatch::kDamaged);
+  EXPECT_EQ(MatchReply(write, Inverted(write, {16})), ReplyMatch::kNearly);
+  const Frame server_id = Sealed({0x01, 0x11, 0x01, 0x41});
+  EXPECT_EQ(MatchReply(Sealed({0x01, 0x11}), Inverted(server_id, {24})), ReplyMatch::kNearly)
+      << "the request does not give the byte count";
+}
+
+TEST(Adu, AShapeHasWhatTheReplyRepeats) {
+  const ReplyShape read = ShapeOf(Read(0x11, Function::kReadHoldingRegisters, 0x6B, 3));
+  EXPECT_EQ(read.reply, 0x1103'0006U);
+  EXPECT_EQ(read.refusal, 0x1183'0000U);
+  EXPECT_FALSE(read.exact);
+  EXPECT_EQ(read.match, &MatchReply);
+  EXPECT_EQ(ShapeOf(Read(0x03, Function::kReadCoils, 0x13, 0x13)).reply, 0x0301'0003U);
+  const ReplyShape write = ShapeOf(WriteRegister(0x06, 0x0102, 3));
+  EXPECT_EQ(write.reply, 0x0606'0102U);
+  EXPECT_EQ(write.refusal, 0x0686'0000U);
+  EXPECT_TRUE(write.exact);
+  EXPECT_EQ(ShapeOf(Sealed({0x01, 0x11})).reply, 0x0111'0000U);
+}
+
+TEST(Adu, AWriteThatIsCutOffHasNoEcho) {
+  EXPECT_EQ(Check(Hex("06 06 00 01"), Hex("06 06 00 01 00 03 99 BC")).error, ErrorKind::kWrongEcho);
 }
 
 }  // namespace

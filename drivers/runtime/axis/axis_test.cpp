@@ -550,5 +550,125 @@ TEST_F(AxisTest, SpeedAtTheFullRateOfTheWire) {
   EXPECT_NEAR(axis_->SpeedRadS(), 100 * std::numbers::pi, 0.02);
 }
 
+// ---- scale and reference at their limits ----
+
+TEST(Scale, AModuloThatIsNoWholeNumberOfCountsIsTheRestOfTheDivision) {
+  const Scale odd = Make(0.7, 1, 1, 1);
+  EXPECT_NEAR(odd.Value(10 * kTurn), 0, 1e-9);
+  EXPECT_NEAR(odd.Value(11 * kTurn), 0.7, 1e-9);
+  EXPECT_NEAR(odd.Value(-kTurn), 0.3, 1e-9);
+  EXPECT_NEAR(odd.Value(3 * kTurn), 0.1, 1e-9);
+}
+
+TEST(Scale, AModuloOfOneIsAModulo) {
+  const Scale turns = Make(1, 1, 1, 1);
+  EXPECT_DOUBLE_EQ(turns.Value(5 * kTurn + kTurn / 4), 0.25);
+  EXPECT_FALSE(turns.TurnsMatter());
+}
+
+TEST(Scale, TurnsMatterIfATurnIsAPartOfTheModulo) {
+  EXPECT_TRUE(Make(0.5, 1, 1, 1).TurnsMatter());
+  EXPECT_TRUE(Make(1, 1, 1, 1e10).TurnsMatter()) << "however small the part is";
+}
+
+TEST(Scale, CountsReachTo2To52) {
+  const Scale counts = Make(kTurn, 1, 1, 0);
+  EXPECT_EQ(counts.Counts(4503599627370496.0), INT64_C(1) << 52);
+  EXPECT_EQ(counts.Counts(4503599627370497.0), std::nullopt);
+}
+
+TEST(Reference, AnInstantIsBetweenTwoOthersOr2SecondsLater) {
+  EXPECT_TRUE(Reference::Within(100, 100, 200));
+  EXPECT_FALSE(Reference::Within(99, 100, 200));
+  EXPECT_TRUE(Reference::Within(200 + 2 * kSecond, 100, 200));
+  EXPECT_FALSE(Reference::Within(201 + 2 * kSecond, 100, 200));
+}
+
+TEST(Reference, ToClearItWithoutADatumThatWasSetIsNoJump) {
+  TestDevice device;
+  Reference none(device.config);
+  none.Clear();
+  EXPECT_EQ(none.epoch(), 0);
+  device.config.datum_counts = 500;
+  Reference fixed(device.config);
+  fixed.Clear();
+  EXPECT_EQ(fixed.epoch(), 0);
+  fixed.Set({600, 1}, 0, 0);
+  fixed.Clear();
+  EXPECT_EQ(fixed.epoch(), 2);
+  EXPECT_EQ(fixed.datum(), 500);
+}
+
+// ---- what follows from a jump or a datum ----
+
+TEST_F(AxisTest, TheDirectionIsAlsoTheSignOfTheSpeed) {
+  device_.config.direction = -1;
+  Make();
+  for (int ms = 0; ms <= 40; ++ms) Read(10 * ms);
+  EXPECT_NEAR(axis_->SpeedRadS(), -10'000 * 2 * std::numbers::pi / kTurn, 1e-6);
+}
+
+TEST_F(AxisTest, AValueWithAnotherDatumCountsFromThere) {
+  device_.config.per_turn = 5;
+  Make();
+  EXPECT_EQ(axis_->ValueWith(0), std::nullopt);
+  Settle(10 * kTurn);
+  Home(2 * kTurn);
+  EXPECT_DOUBLE_EQ(axis_->ValueWith(2 * kTurn).value_or(0), 40);
+  EXPECT_DOUBLE_EQ(axis_->ValueWith(0).value_or(0), 50);
+  EXPECT_DOUBLE_EQ(axis_->ValueWith(4 * kTurn).value_or(0), 30);
+  const double value = axis_->ValueWith(2 * kTurn).value_or(0);
+  EXPECT_EQ(axis_->DatumFor(value), 2 * kTurn) << "the datum that is set gives the value that is read";
+  EXPECT_EQ(axis_->DatumFor(0), 10 * kTurn);
+}
+
+TEST_F(AxisTest, AReadingThatTheDeviceDoubtsHasItsFlag) {
+  Make();
+  Settle(1'000);
+  Sample sample = ReadingAt(t_, 1'000);
+  sample.error = true;
+  const AxisReading reading = Read(sample);
+  EXPECT_EQ(reading.kind, Kind::kDoubtful);
+  EXPECT_TRUE(Has(reading, position_t::FLAG_DEVICE_ERROR));
+  EXPECT_FALSE(Has(reading, position_t::FLAG_TURNS_VALID));
+  EXPECT_EQ(axis_->Counts(), std::nullopt);
+}
+
+TEST_F(AxisTest, AfterAnAnnouncedJumpTheSpeedIsUnknown) {
+  Make();
+  for (int ms = 0; ms <= 40; ++ms) Read(10 * ms);
+  EXPECT_FALSE(std::isnan(axis_->SpeedRadS()));
+  axis_->OnJump();
+  EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+  EXPECT_EQ(axis_->Counts(), std::nullopt);
+  EXPECT_EQ(axis_->LastValid(), std::nullopt);
+}
+
+TEST_F(AxisTest, OneImplausibleReadingLeavesThePositionUnknownUntilTheNext) {
+  Make();
+  Settle(1'000);
+  EXPECT_EQ(Read(1'000 + 300 * kTurn).kind, Kind::kDoubtful);
+  EXPECT_EQ(axis_->Counts(), std::nullopt);
+  EXPECT_EQ(Read(1'001).kind, Kind::kGood);
+  EXPECT_EQ(axis_->Counts(), 1'001);
+  EXPECT_EQ(axis_->unexplained_jumps(), 0);
+}
+
+TEST_F(AxisTest, AJumpOfATableWithoutTurnsLosesTheTurnsOnly) {
+  device_.settings->turns_range = 0;
+  device_.config.per_turn = 360;
+  device_.config.modulo = 360;
+  Make();
+  Read(SingleTurn(1'000));
+  Read(SingleTurn(1'000));
+  Home(0);
+  t_ += kSecond;  // long enough for half a turn
+  const AxisReading reading = Read(SingleTurn(2'000));
+  EXPECT_EQ(reading.kind, Kind::kGood);
+  EXPECT_FALSE(Has(reading, position_t::FLAG_TURNS_VALID));
+  EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED)) << "one turn is the whole modulo";
+  EXPECT_FALSE(axis_->reference().lost());
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -232,5 +232,153 @@ TEST_F(DeviceHealthTest, ABurstOfImplausibleReadings) {
   EXPECT_FALSE(health_.implausible_burst());
 }
 
+// ---- at the limits ----
+
+TEST_F(DeviceHealthTest, WhileItStartsThreeFailuresOverTwoSecondsAreOffline) {
+  health_.OnStarting("power-on standby", t_);
+  EXPECT_EQ(health_.reason(), "power-on standby");
+  for (int i = 0; i < 2; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ += kSecond);
+  EXPECT_EQ(State(), kStarting) << "two failures";
+  health_.OnFailure(ErrorKind::kTimeout, t_);
+  EXPECT_EQ(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, StartingAgainForTheSameReasonChangesNothing) {
+  health_.OnStarting("standby", t_);
+  const std::int64_t revision = health_.revision();
+  health_.OnFailure(ErrorKind::kTimeout, t_ += kSecond);
+  health_.OnStarting("standby", t_);
+  EXPECT_EQ(health_.revision(), revision);
+  health_.OnStarting("warm-up", t_);
+  EXPECT_EQ(health_.revision(), revision + 1);
+  EXPECT_EQ(health_.reason(), "warm-up");
+  health_.OnGood(t_);
+  health_.OnStarting("warm-up", t_);
+  EXPECT_EQ(State(), kStarting) << "after it was online";
+}
+
+TEST_F(DeviceHealthTest, ARefusalForAnotherReasonIsNew) {
+  health_.OnRefused("wrong model", t_);
+  const std::int64_t revision = health_.revision();
+  health_.OnRefused("wrong model", t_);
+  EXPECT_EQ(health_.revision(), revision);
+  health_.OnRefused("wrong address", t_);
+  EXPECT_EQ(State(), kOffline);
+  EXPECT_EQ(health_.reason(), "wrong address");
+  health_.OnGood(t_);
+  health_.OnRefused("wrong address", t_);
+  EXPECT_EQ(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, ALinkThatIsDownForAnotherReasonHasTheNewOne) {
+  health_.OnGood(t_);
+  health_.OnLink(false, "unplugged", t_);
+  EXPECT_EQ(health_.reason(), "unplugged");
+  health_.OnLink(false, "no permission", t_);
+  EXPECT_EQ(health_.reason(), "no permission");
+  health_.OnLink(true, "", t_);
+  EXPECT_EQ(State(), kStarting);
+  health_.OnGood(t_);
+  health_.OnLink(true, "", t_);
+  EXPECT_EQ(State(), kOnline) << "a link that stays up changes nothing";
+}
+
+TEST_F(DeviceHealthTest, ThreeDoubtfulReadingsOver100MillisecondsAreNoPosition) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 2; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += 50 * kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "two readings";
+  health_.OnDoubtful(ErrorKind::kDevice, t_);
+  EXPECT_EQ(State(), kDegraded);
+  EXPECT_NE(health_.reason().find("no position is valid"), std::string::npos);
+  health_.OnGood(t_);
+  EXPECT_EQ(State(), kOnline);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ += 100 * kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "the first in a row";
+}
+
+TEST_F(DeviceHealthTest, ManyDoubtfulReadingsWithin100MillisecondsAreStillOnline) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 20; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += 4 * kMillisecond);
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, DoubtfulReadingsEndARowOfFailures) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 9; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ += 20 * kMillisecond);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ += 20 * kMillisecond);
+  for (int i = 0; i < 9; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ += 20 * kMillisecond);
+  EXPECT_NE(State(), kOffline);
+  health_.OnFailure(ErrorKind::kTimeout, t_ += 20 * kMillisecond);
+  EXPECT_EQ(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, AfterUndecodableBytesThreeRepliesInARowBringItBackDegraded) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 10; ++i) health_.OnFailure(ErrorKind::kChecksum, t_ += 20 * kMillisecond);
+  ASSERT_EQ(State(), kOffline);
+  health_.OnGood(t_ += kMillisecond);
+  health_.OnGood(t_ += kMillisecond);
+  EXPECT_EQ(State(), kOffline) << "two may be chance";
+  health_.OnFailure(ErrorKind::kChecksum, t_ += kMillisecond);
+  health_.OnGood(t_ += kMillisecond);
+  health_.OnGood(t_ += kMillisecond);
+  EXPECT_EQ(State(), kOffline) << "not in a row";
+  health_.OnGood(t_ += kMillisecond);
+  EXPECT_EQ(State(), kDegraded);
+  EXPECT_NE(health_.reason().find("it answers again after failures with checksum"), std::string::npos);
+  for (int i = 0; i < 25; ++i) {
+    health_.OnGood(t_ += 100 * kMillisecond);
+    health_.Tick(t_);
+  }
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, AStreamThatPausesIsOfflineAfterASecondAndTenPeriods) {
+  health_.OnGood(t_);
+  health_.OnFailure(ErrorKind::kSilent, t_);
+  health_.Tick(t_ + kSecond + 10 * kMillisecond - 1);
+  EXPECT_NE(State(), kOffline);
+  health_.Tick(t_ + kSecond + 10 * kMillisecond);
+  EXPECT_EQ(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, ADeviceIsNotPolledAfterASecondAndTenPeriods) {
+  health_.OnGood(t_);
+  health_.Tick(t_ + kSecond + 10 * kMillisecond - 1);
+  EXPECT_EQ(State(), kOnline);
+  health_.Tick(t_ + kSecond + 10 * kMillisecond);
+  EXPECT_EQ(State(), kDegraded);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ + 2 * kSecond);
+  EXPECT_EQ(State(), kOnline) << "it was polled";
+}
+
+TEST_F(DeviceHealthTest, ThreeErrorsOfASecondMayBeManyAndTwoNever) {
+  for (const int errors : {2, 3}) {
+    DeviceHealth health(kMillisecond);
+    MonoNs t = 1'000 * kSecond;
+    health.OnGood(t);
+    health.Tick(t);
+    for (int i = 0; i < errors; ++i) health.OnFailure(ErrorKind::kChecksum, t);
+    health.OnGood(t);
+    health.Tick(t + kSecond);
+    EXPECT_EQ(health.state(), errors == 3 ? kDegraded : kOnline) << errors;
+    if (errors == 3) {
+      EXPECT_EQ(health.reason(), "60.0 % of the readings fail, most with checksum");
+    }
+  }
+}
+
+TEST_F(DeviceHealthTest, TenStrayBytesOfASecondAreABurst) {
+  for (const int strays : {9, 10}) {
+    DeviceHealth health(kMillisecond);
+    health.Tick(kSecond);
+    for (int i = 0; i < strays; ++i) health.OnFailure(ErrorKind::kUnexpectedBytes, kSecond);
+    health.Tick(2 * kSecond);
+    EXPECT_EQ(health.stray_burst(), strays == 10);
+    health.Tick(3 * kSecond);
+    EXPECT_FALSE(health.stray_burst());
+  }
+}
+
 }  // namespace
 }  // namespace axlecast

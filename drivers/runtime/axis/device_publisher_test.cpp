@@ -496,5 +496,48 @@ TEST_F(ChannelSummaryTest, AClearedDatumIsANewEpochOnce) {
   EXPECT_EQ(*channel_->ValueWith(0), channel_->summary().value);
 }
 
+TEST_F(ChannelTest, ABlockHoldsGoodAndDoubtfulReadingsWithTheirFlags) {
+  device_.config.block = true;
+  device_.config.unit = position_t::UNIT_MM;
+  device_.config.per_turn = 5;
+  Make();
+  Read(1'000, 30);
+  Sample doubtful = ReadingAt(t_, 1'000);
+  doubtful.error = true;
+  Read(doubtful);
+  Read(1'000, 100);
+  ASSERT_FALSE(Blocks().empty());
+  const position_block_t block = Blocks().front();
+  EXPECT_EQ(block.boot_id, kBoot);
+  EXPECT_EQ(block.unit, position_t::UNIT_MM);
+  EXPECT_EQ(block.utime, kUtcAtZero + block.mono_ns / kMicrosecond);
+  EXPECT_EQ(block.seq, 0);
+  int without_valid = 0;
+  int after_a_gap = 0;
+  for (const std::int32_t flags : block.flags) {
+    without_valid += (flags & position_t::FLAG_VALID) == 0 ? 1 : 0;
+    after_a_gap += (flags & position_t::FLAG_AFTER_GAP) != 0 ? 1 : 0;
+  }
+  EXPECT_EQ(without_valid, 1);
+  EXPECT_EQ(after_a_gap, 1) << "the reading behind the doubtful one";
+  EXPECT_NE(block.flags[29] & position_t::FLAG_DEVICE_ERROR, 0);
+}
+
+TEST_F(ChannelTest, APositionHasTheStatusOfTheDeviceAndTheEpochOfItsDatum) {
+  Make();
+  Sample sample = ReadingAt(t_, 1'000);
+  sample.device_status = 0x20;
+  Read(sample);
+  sample.at = ReadingAt(t_, 1'000).at;
+  Read(sample);
+  ASSERT_FALSE(Positions().empty());
+  EXPECT_EQ(Positions().back().device_status, 0x20);
+  EXPECT_EQ(Positions().back().datum_epoch, 0);
+  channel_->SetDatum(500, UtcNow());
+  Read(1'000);
+  EXPECT_EQ(Positions().back().datum_epoch, 1);
+  EXPECT_EQ(Positions().back().counts, 500);
+}
+
 }  // namespace
 }  // namespace axlecast

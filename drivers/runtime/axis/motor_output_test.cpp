@@ -61,6 +61,8 @@ TEST_F(MotorOutputTest, TheMessageHoldsTheReading) {
   EXPECT_EQ(motor.analog_mono_ns, kStart + 10 * kMillisecond);
   EXPECT_EQ(motor.status_mono_ns, kStart + 140 * kMillisecond);
   EXPECT_FLOAT_EQ(motor.voltage_v, 200.5F);
+  EXPECT_FLOAT_EQ(motor.current_a, 1.25F);
+  EXPECT_FLOAT_EQ(motor.power_w, 150.1F);
   EXPECT_FLOAT_EQ(motor.temperature_c, -3.5F);
   EXPECT_FLOAT_EQ(motor.accel_mps2[1], -9.81F);
   EXPECT_EQ(motor.trip_count, 3);
@@ -96,6 +98,7 @@ TEST_F(MotorOutputTest, EveryTripOnceAndTheNewestEachMinute) {
   record.trip_count = 4;
   record.factor_bits = 0x40;
   record.not_before = kStart - kSecond;
+  record.not_after = kStart + kSecond / 2;
   record.interval_us = 500'000;
   record.valid_mask = 0x7F;
   record.samples[6][19] = 12.5F;
@@ -108,7 +111,14 @@ TEST_F(MotorOutputTest, EveryTripOnceAndTheNewestEachMinute) {
   EXPECT_EQ(trip.device, "gm3");
   EXPECT_EQ(trip.trip_count, 4);
   EXPECT_EQ(trip.not_before_utime, kUtcAtZero + (kStart - kSecond) / kMicrosecond);
-  EXPECT_EQ(trip.not_after_utime, 0);
+  EXPECT_EQ(trip.not_after_utime, kUtcAtZero + (kStart + kSecond / 2) / kMicrosecond);
+  EXPECT_EQ(trip.boot_id, 5);
+  EXPECT_EQ(trip.seq, 0);
+  EXPECT_EQ(trip.mono_ns, kStart + kSecond);
+  EXPECT_EQ(trip.utime, kUtcAtZero + (kStart + kSecond) / kMicrosecond);
+  EXPECT_EQ(trip.factor_bits, 0x40);
+  EXPECT_EQ(trip.interval_us, 500'000);
+  EXPECT_EQ(trip.valid_mask, 0x7F);
   EXPECT_FLOAT_EQ(trip.samples[6][19], 12.5F);
   for (int s = 0; s <= 121; ++s) output_.Tick(kStart + kSecond + s * kSecond);
   ASSERT_THAT(Trips(), SizeIs(4));

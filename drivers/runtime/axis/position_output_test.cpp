@@ -111,6 +111,39 @@ TEST(PublishPace, FlagsThatComeAndGoAreNoChangeOfState) {
   EXPECT_FALSE(pace.Good(kSecond + 20 * kMillisecond, counted, 0));
 }
 
+TEST(PublishPace, AtZeroHertzOnlyWhatIsNewIsPublished) {
+  PublishPace pace(0, 0);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0));
+  EXPECT_FALSE(pace.Good(100 * kSecond, kGood, 0));
+  PublishPace as_polled(0, 1'000);
+  EXPECT_TRUE(as_polled.Good(kSecond, kGood, 0));
+  EXPECT_FALSE(as_polled.Good(100 * kSecond, kGood, 0));
+}
+
+TEST(PublishPace, AtOneHertzAMessageIsDueAfterExactlyASecond) {
+  PublishPace pace(1, 0);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0));
+  EXPECT_FALSE(pace.Good(2 * kSecond - 1, kGood, 0));
+  EXPECT_TRUE(pace.Good(2 * kSecond, kGood, 0));
+  PublishPace every(1, 1);
+  EXPECT_TRUE(every.Good(kSecond, kGood, 0));
+  EXPECT_TRUE(every.Good(kSecond + 1, kGood, 0)) << "as fast as it is polled";
+}
+
+TEST(PublishPace, EveryTickIsAMultipleOfOneAndZeroIsATick) {
+  PublishPace every_tick(10, 1'000, 1);
+  PublishPace tenth(10, 1'000, 10);
+  int sent = 0;
+  for (std::int64_t tick = 0; tick < 30; ++tick) {
+    EXPECT_TRUE(every_tick.Good(kSecond + tick * kMillisecond, kGood, 0, tick));
+    sent += tenth.Good(kSecond + tick * kMillisecond, kGood, 0, tick) ? 1 : 0;
+  }
+  EXPECT_EQ(sent, 3) << "0, 10 and 20";
+  EXPECT_FALSE(tenth.Good(kSecond + 29 * kMillisecond, kGood, 0)) << "without a number, the period counts";
+  EXPECT_FALSE(tenth.Good(kSecond + 119 * kMillisecond, kGood, 0));
+  EXPECT_TRUE(tenth.Good(kSecond + 120 * kMillisecond, kGood, 0));
+}
+
 Interval At(MonoNs middle) { return {middle - 3'000, middle + 3'000}; }
 
 TEST(Block, FortyReadingsFillIt) {

@@ -31,7 +31,7 @@ TEST_F(OrderLedgerTest, ForgetsTheOldestFinishedOrder) {
     ledger_.End(Remember(i), command_status_t::STATE_REJECTED, command_status_t::REASON_NOT_PERMITTED, "");
   }
   std::size_t known = 0;
-  for (std::uint32_t i = 0; i < kOrders; ++i) known += ledger_.Find(NumberedId(i)) != nullptr ? 1 : 0;
+  for (std::uint32_t i = 0; i < kOrders; ++i) known += ledger_.Find(NumberedId(i)) != nullptr ? 1U : 0U;
   EXPECT_EQ(known, kCapacity);
   EXPECT_NE(ledger_.Find(NumberedId(kOrders - 1)), nullptr);
 }
