@@ -16,22 +16,26 @@ function(axlecast_python_cases result suite)
   set(${result} ${cases} PARENT_SCOPE)
 endfunction()
 
-# axlecast_process_tests(PREFIX [PROPERTIES name value...])
+# axlecast_process_tests(PREFIX [CAMPAIGN suite...] [PROPERTIES name value...])
 #
 # The test_*.py of this folder: real processes, each case in a network of its own and as one entry of ctest, so that a
-# failure names itself. They find tests/e2e/machine.py and its neighbours by PYTHONPATH.
+# failure names itself. CAMPAIGN: suites that only `ctest -C campaign` runs. They find tests/e2e/machine.py and its neighbours by PYTHONPATH.
 function(axlecast_process_tests prefix)
-  cmake_parse_arguments(ARG "" "" "PROPERTIES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "PROPERTIES;CAMPAIGN" ${ARGN})
   set(shared ${CMAKE_SOURCE_DIR}/tests/e2e)
   file(GLOB suites CONFIGURE_DEPENDS test_*.py)
   foreach(suite ${suites})
     get_filename_component(name ${suite} NAME_WE)
     string(REPLACE test_ "" short ${name})
     axlecast_python_cases(cases ${suite})
+    set(configuration)
+    if(short IN_LIST ARG_CAMPAIGN)
+      set(configuration CONFIGURATIONS campaign)
+    endif()
     foreach(case ${cases})
       string(REGEX REPLACE "^.*\\." "" method ${case})
       set(test ${prefix}.${short}.${method})
-      add_test(NAME ${test}
+      add_test(NAME ${test} ${configuration}
         COMMAND ${shared}/in_namespace.sh /usr/bin/env PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=${shared}
           AXLECAST_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY} AXLECAST_SOURCE=${CMAKE_SOURCE_DIR}
           ${AXLECAST_PYTHON} ${suite} -v ${case}

@@ -9,6 +9,7 @@
 #include "tests/conformance/example_link.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/memory_sink.h"
+#include "tests/support/thorough.h"
 #include "tools/redecode/log_redecoder.h"
 
 namespace axlecast {
@@ -63,8 +64,8 @@ class RedecodeConformance : public ExampleTest {
 };
 
 TEST_P(RedecodeConformance, AWholeRecordingGivesTheSameReadings) {
-  Record(42, 30 * kSecond);
-  Record(43, 20 * kSecond);
+  Record(42, Times(30, 3) * kSecond);
+  Record(43, Times(20, 4) * kSecond);
   MemorySink again;
   BusRedecoder redecoder(captured_, false, again);
   for (const wire_t& message : Wire()) redecoder.On(message);
@@ -105,7 +106,7 @@ TEST_P(RedecodeConformance, WhatNoDriverCanHaveSentIsUnreadable) {
 }
 
 TEST_P(RedecodeConformance, AGapIsNotedAndNothingWrongIsMadeOfIt) {
-  Record(42, 30 * kSecond);
+  Record(42, Times(30, 2) * kSecond);
   const std::vector<wire_t> wire = Wire();
   ASSERT_GT(wire.size(), 20U);
   const std::size_t from = wire.size() / 2;

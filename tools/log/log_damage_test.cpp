@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "tests/support/thorough.h"
 #include "tools/log/log_fixture.h"
 
 namespace axlecast {
@@ -127,8 +128,9 @@ TEST_P(DamagedLog, CutAtEveryByteLosesTheCutRecordOnly) {
 TEST_P(DamagedLog, AnyOtherValueOfAnyByteCostsItsEventOnly) {
   const ScriptedLog log = GetParam()();
   std::vector<std::uint8_t> bytes = log.bytes();
+  constexpr unsigned kStep = StepOfValues(11U);
   for (std::size_t offset = 0; offset < bytes.size(); ++offset) {
-    for (unsigned change = 1; change < 256; ++change) {
+    for (unsigned change = 1 + static_cast<unsigned>(offset) % kStep; change < 256; change += kStep) {
       bytes[offset] = static_cast<std::uint8_t>(log.bytes()[offset] ^ change);
       ASSERT_EQ(Problem(log, bytes, {offset}), "") << offset << " changed by " << change;
     }

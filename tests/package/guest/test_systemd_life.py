@@ -20,6 +20,21 @@ class Installed(unittest.TestCase):
     def setUpClass(cls):
         commission()
 
+    def test_a_killed_bridge_comes_back_with_its_journal(self):
+        before = pid(SERVICES[0])
+        os.kill(before, signal.SIGKILL)
+        wait_for_another(SERVICES[0], before)
+        run("axlecast", "history")
+
+    def test_a_file_with_mistakes_is_told_in_the_kernels_log(self):
+        whole = CONFIG.read_text()
+        CONFIG.write_text(whole.replace("buses:", "busses:"))
+        run("systemctl", "daemon-reload")
+        told = run("dmesg")
+        CONFIG.write_text(whole)
+        run("systemctl", "daemon-reload")
+        self.assertIn("busses", told)
+
     def test_a_unit_that_keeps_failing_is_tried_for_ever_and_ever_more_slowly(self):
         unit = DRIVERS[1]
         folder = pathlib.Path(f"/run/systemd/system/{unit}.d")
