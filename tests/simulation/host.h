@@ -27,7 +27,7 @@ class HostClock final : public Clock {
 
   [[nodiscard]] MonoNs Now() const override { return MonoAt(schedule_.now()); }
   [[nodiscard]] std::int64_t UtcMicroseconds() const override { return utc_us_ + Now() / kMicrosecond; }
-  // `time`: of the schedule; not longer ago than the last two changes of the rate.
+  // `time`: of the schedule; not before the last 64 changes of the rate.
   [[nodiscard]] MonoNs MonoAt(MonoNs time) const {
     const Stretch& stretch = StretchOf([time](const Stretch& each) { return each.begin <= time; });
     return stretch.value + Elapsed(time - stretch.begin, stretch.ppm);
