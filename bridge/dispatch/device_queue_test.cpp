@@ -362,6 +362,15 @@ TEST_F(DeviceQueueTest, OfALostReadOrPrepareNothingIsDone) {
 
 // ---- cancelling ----
 
+TEST_F(DeviceQueueTest, ACommandOfAnEarlierBridgeThatWaitsIsInTheQueue) {
+  Routed(Command(1));
+  PendingCommand recovered = Command(2);
+  recovered.status.driver_boot_id = kDriverBoot;
+  queue_.PushRecovered(recovered);
+  EXPECT_TRUE(queue_.Cancel(NumberedId(2), now_));
+  EXPECT_THAT(listener_.ended, IsEmpty()) << "its driver may have executed it";
+}
+
 TEST_F(DeviceQueueTest, AWaitingCommandIsCancelledAtOnce) {
   Routed(Command(1));
   queue_.Push(Command(2));
@@ -472,6 +481,30 @@ TEST_F(DeviceQueueTest, ACommandIsSentWhenItsRoutingIsWritten) {
   queue_.Tick(now_);
   EXPECT_THAT(listener_.sent, IsEmpty()) << "it does not wait for this entry";
   queue_.OnJournalled(NumberedId(1), JournalState::kRouted, true, {}, now_);
+  queue_.Tick(now_);
+  EXPECT_THAT(listener_.sent, SizeIs(1));
+}
+
+TEST_F(DeviceQueueTest, WhatAnotherEntryOfTheJournalFailsForChangesNothing) {
+  listener_.journals = true;
+  queue_.Push(Command(1));
+  queue_.Tick(now_);
+  queue_.OnJournalled(NumberedId(1), JournalState::kAccepted, false, {"full disk", S::REASON_JOURNAL}, now_);
+  queue_.OnJournalled(NumberedId(2), JournalState::kRouted, false, {"full disk", S::REASON_JOURNAL}, now_);
+  EXPECT_THAT(listener_.ended, IsEmpty());
+  queue_.OnJournalled(NumberedId(1), JournalState::kRouted, true, {}, now_);
+  queue_.Tick(now_);
+  EXPECT_THAT(listener_.sent, SizeIs(1));
+}
+
+TEST_F(DeviceQueueTest, AnUrgentCommandWaitsFiftyMillisecondsForItsRouting) {
+  listener_.journals = true;
+  queue_.Push(Command(1, kStop));
+  queue_.Tick(now_);
+  Pass(DeviceQueue::kOvertaken);
+  queue_.Tick(now_);
+  EXPECT_THAT(listener_.sent, IsEmpty());
+  Pass(1);
   queue_.Tick(now_);
   EXPECT_THAT(listener_.sent, SizeIs(1));
 }

@@ -17,6 +17,7 @@ namespace {
 using S = command_status_t;
 
 constexpr std::string_view kDriverStatus = "DRIVER_STATUS/";
+constexpr std::string_view kNotNoted = "; the journal has not noted it";
 constexpr std::int64_t kEpochs = std::int64_t{1} << 32;  // reserved at each start: never used up
 
 Error IdReused() { return {"this id was used with another body: take a new random id", S::REASON_ID_REUSED}; }
@@ -226,7 +227,7 @@ void Dispatcher::PublishAlarms(Timestamp now) {
       others.empty() ? "" : machine_.machine + " and " + NamesOf(others) + " use one LCM group: axlecast doctor");
   const bool changed = alarms_.revision() != published_alarms_;
   const MonoNs period = changed ? 100 * kMillisecond : kSecond;
-  if (alarms_published_at_ != 0 && now.mono - alarms_published_at_ < period) return;
+  if (now.mono - alarms_published_at_ < period) return;
   alarms_published_at_ = now.mono;
   published_alarms_ = alarms_.revision();
   Publish(*ports_.data, "ALARM/bridge", alarms_.Make(now));
@@ -263,12 +264,11 @@ Result<> Dispatcher::BeforeRoute(PendingCommand& pending, Timestamp now) {
   if (pending.purpose != PendingCommand::Purpose::kCommand) return {};
   const bool is_volatile = commands_.IsVolatile(pending.id);
   if (!is_volatile) {
-    if (auto room = CheckRoom(*pending.operation, now.mono); !room && room.error().reason == S::REASON_JOURNAL) {
-      return room;
-    }
+    if (auto room = CheckJournalRoom(*pending.operation, now.mono); !room) return room;
   }
   if (auto routable = axes_.BeforeRoute(*machine_.FindDevice(pending.device), pending, now); !routable)
     return routable;
+  if (auto routable = marks_.BeforeRoute(pending, now); !routable) return routable;
   if (is_volatile || (pending.operation->urgent && journal_.IsFull())) return {};
   const bool waits = !pending.operation->urgent || !journal_.IsSlow(now.mono);
   if (waits) pending.journal_state = PendingCommand::JournalState::kRouted;
@@ -335,19 +335,26 @@ void Dispatcher::Conclude(const command_status_t& status, Timestamp now) {
   commands_.Update(status);
   if (commands_.IsVolatile(IdOf(status.id))) return port_.PublishStatus(status, now);
   auto outcome = std::make_shared<UnpublishedOutcome>(UnpublishedOutcome{status, now.mono});
-  if (journal_.IsOverfull()) return PublishOutcome(*outcome);
-  if (journal_.IsFull() || journal_.IsStalled(now.mono)) PublishOutcome(*outcome);
+  if (journal_.IsOverfull()) return PublishOutcome(*outcome, false);
+  if (journal_.IsFull() || journal_.IsStalled(now.mono)) PublishOutcome(*outcome, false);
   if (!outcome->published) unpublished_.push_back(outcome);
-  journal_.Ask([status, now](DurableStore& store) { return store.Outcome(status, now), true; },
-               [this, outcome](bool /*written*/) {
-                 PublishOutcome(*outcome);
-                 unpublished_.remove(outcome);
-               },
-               now.mono);
+  journal_.Ask(
+      [status, now](DurableStore& store) {
+        store.Outcome(status, now);
+        return store.state().has_value();
+      },
+      [this, outcome](bool noted) {
+        PublishOutcome(*outcome, noted);
+        unpublished_.remove(outcome);
+      },
+      now.mono);
 }
 
-void Dispatcher::PublishOutcome(UnpublishedOutcome& outcome) {
+// `noted`: it is on the journal's disk. If it is not, the next bridge may report another outcome after a power failure.
+void Dispatcher::PublishOutcome(UnpublishedOutcome& outcome, bool noted) {
   if (std::exchange(outcome.published, true)) return;
+  if (!noted)
+    outcome.status.text = CappedText(outcome.status.text, kTextBytes - kNotNoted.size()) + std::string(kNotNoted);
   commands_.MarkPublished(outcome.status);
   port_.PublishStatus(outcome.status, now_);
 }
@@ -355,7 +362,7 @@ void Dispatcher::PublishOutcome(UnpublishedOutcome& outcome) {
 // Publishes the outcomes whose journal entries have waited longer than JournalQueue::kStalled.
 void Dispatcher::PublishOverdue() {
   for (const auto& outcome : unpublished_) {
-    if (now_.mono - outcome->since > JournalQueue::kStalled) PublishOutcome(*outcome);
+    if (now_.mono - outcome->since > JournalQueue::kStalled) PublishOutcome(*outcome, false);
   }
   std::erase_if(unpublished_, [](const auto& outcome) { return outcome->published; });
   for (const auto& lookup : lookups_) {
@@ -560,11 +567,16 @@ Result<> Dispatcher::MakePending(const IncomingCommand& incoming, PendingCommand
   return axes_.Substitute(*incoming.validated.bus->family, pending);
 }
 
-// Why a command cannot be noted at present; what is urgent does not wait for room in a journal.
-Result<> Dispatcher::CheckRoom(const OperationSpec& operation, MonoNs now) {
+// Returns an error if the journal cannot note a command at present. An urgent command does not wait for the journal.
+Result<> Dispatcher::CheckJournalRoom(const OperationSpec& operation, MonoNs now) const {
   if (operation.urgent) return {};
   if (!loaded_ || journal_.IsStalled(now) || journal_.IsFull()) return Failure(NotJournalled(now));
-  if (!commands_.IsFull(now)) return {};
+  return {};
+}
+
+// Returns an error if a new command cannot be noted at present. `is_full`: too many commands are stored.
+Result<> Dispatcher::CheckRoom(const OperationSpec& operation, bool is_full, MonoNs now) const {
+  if (auto room = CheckJournalRoom(operation, now); !room || operation.urgent || !is_full) return room;
   return Failure(std::to_string(CommandStore::kMaxKept) +
                      " commands are within their validity: give commands a shorter one, or send this again later",
                  S::REASON_QUEUE_FULL);
@@ -577,9 +589,10 @@ void Dispatcher::Accept(IncomingCommand incoming, Timestamp now) {
   incoming.status.is_unsigned = incoming.caller.grant == nullptr ? 1 : 0;
   incoming.status.state = S::STATE_ACCEPTED;
   const bool is_volatile = IsVolatile(incoming.body, operation);
+  const bool is_full = commands_.IsFull(now.mono);  // drops ended commands, also if this command is refused
   PendingCommand pending;
   Result<> accepted = CheckBusy(bus, queue, now.mono);
-  if (accepted && !is_volatile) accepted = CheckRoom(operation, now.mono);
+  if (accepted && !is_volatile) accepted = CheckRoom(operation, is_full, now.mono);
   if (accepted) accepted = MakePending(incoming, pending, now);
   if (!accepted) incoming.status = Refused(incoming.status, accepted.error(), now);
   if (is_volatile) return EnqueueVolatile(incoming, std::move(pending), accepted, now);

@@ -122,7 +122,8 @@ class Dispatcher final : private DeviceQueueListener {
                   const std::optional<command_status_t>& known);
   [[nodiscard]] Result<> MakePending(const IncomingCommand& incoming, PendingCommand& pending, Timestamp now);
   [[nodiscard]] Result<> CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs now) const;
-  [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, MonoNs now);
+  [[nodiscard]] Result<> CheckJournalRoom(const OperationSpec& operation, MonoNs now) const;
+  [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, bool is_full, MonoNs now) const;
   [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
   [[nodiscard]] Error NotJournalled(MonoNs now) const;
   void Refuse(command_status_t status, const Error& refusal, Timestamp now);
@@ -133,7 +134,7 @@ class Dispatcher final : private DeviceQueueListener {
   void EndOutcomeCheck(const PendingCommand& pending, Timestamp now);
   void TakeLateOutcome(const PendingCommand& check, command_status_t& outcome, Timestamp now);
   void Conclude(const command_status_t& status, Timestamp now);
-  void PublishOutcome(UnpublishedOutcome& outcome);
+  void PublishOutcome(UnpublishedOutcome& outcome, bool noted);
   void PublishOverdue();
   void Recover(const OpenCommand& command, Timestamp now);
   [[nodiscard]] DeviceQueue& QueueOf(Bus& bus, const std::string& device, const OperationSpec* operation);
@@ -160,7 +161,7 @@ class Dispatcher final : private DeviceQueueListener {
   UnauthorizedMessageCounter unauthorized_;
   ProgramAlarms alarms_;
   std::int64_t published_alarms_ = -1;  // revision
-  MonoNs alarms_published_at_ = 0;
+  MonoNs alarms_published_at_ = -kSecond;
   std::map<std::string, Bus> buses_;
   std::int64_t own_ids_ = 0;
   std::list<std::shared_ptr<Lookup>> lookups_;

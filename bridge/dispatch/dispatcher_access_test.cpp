@@ -73,6 +73,8 @@ TEST_F(DispatcherAccessTest, ASignedCommandIsDoneAndAllThatTheBridgeSaysIsSigned
 
 TEST_F(DispatcherAccessTest, EachRoleDoesWhatItMayAndNoMore) {
   EXPECT_EQ(SendSigned(Body(1), Key("watcher")).reason_code, S::REASON_DENIED);
+  ASSERT_FALSE(logged_.empty());
+  EXPECT_EQ(logged_.back().substr(0, 9), "watcher: ");
   EXPECT_EQ(SendSigned(Body(2, "look"), Key("watcher")).state, S::STATE_ROUTED);
   SignedOutcome(Orders().back(), S::STATE_SUCCEEDED);
   EXPECT_EQ(SendSigned(Body(3), Key("worker")).reason_code, S::REASON_DENIED) << "bump is destructive";

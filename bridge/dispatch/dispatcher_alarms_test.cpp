@@ -1,6 +1,7 @@
 #include "bridge/state/device_state.h"
 
 #include "bridge/dispatch/dispatcher_fixture.h"
+#include "core/alarm/alarm_table.h"
 
 namespace axlecast {
 namespace {
@@ -24,9 +25,11 @@ class AlarmKeeperTest : public DispatcherTest {
     Send(About(1, "acknowledge_alarm"));
     Answer({{"alarm", "present", "acknowledged"}});
   }
-  void Shelve() {
-    Send(About(2, "shelve_alarm", {{"seconds", "60"}}));
-    until_ = now_.utime + 60'000'000;
+  void Shelve(std::uint32_t number = 2, const std::string& alarm = "battery_error", int seconds = 60) {
+    command_body_t body = About(number, "shelve_alarm", {{"seconds", std::to_string(seconds)}});
+    body.arguments[0].value = alarm;
+    Send(body);
+    until_ = now_.utime + seconds * INT64_C(1'000'000);
     Answer({{"alarm", "present", "shelved"}, {"until", "", std::to_string(until_)}, {"up_to", "", "error"}});
   }
   void SayAcknowledged(const std::string& names) {
@@ -122,6 +125,31 @@ TEST_F(AlarmKeeperTest, UnshelvingEndsIt) {
   Send(About(3, "unshelve_alarm"));
   Answer({{"alarm", "shelved", "present"}});
   EXPECT_TRUE(store_.Marks("axis1").empty());
+}
+
+// The simulation of a whole machine found it: the table grew by what was shelved before a restarted driver had its shelves back.
+TEST_F(AlarmKeeperTest, ARestartedDriverTakesNoMoreShelvesThanThereIsRoomForBesideThoseItReceivesAgain) {
+  for (std::size_t i = 0; i < AlarmShelves::kMax; ++i)
+    Shelve(static_cast<std::uint32_t>(i), "alarm" + std::to_string(i), 60);
+  ASSERT_EQ(store_.Marks("axis1").size(), AlarmShelves::kMax);
+  sink_.Clear();
+  Hello(kDriver + 1);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {});  // the first of 32
+  sink_.Clear();
+  Send(About(100, "shelve_alarm", {{"seconds", "60"}}));
+  EXPECT_EQ(Last().state, S::STATE_REJECTED);
+  EXPECT_EQ(Last().reason_code, S::REASON_BAD_ARGUMENT);
+  EXPECT_TRUE(Orders().empty());
+  // One of those that are shelved may be shelved for another time.
+  Shelve(101, "alarm7", 90);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(store_.Marks("axis1").size(), AlarmShelves::kMax);
+  // Those that end make room.
+  Pass(61 * kSecond);
+  Hello(kDriver + 1);
+  Shelve(102, "battery_error", 60);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().text.find("could not keep it"), std::string::npos) << Last().text;
 }
 
 TEST_F(AlarmKeeperTest, AnOldMessageOfTheDriverEndsNothing) {

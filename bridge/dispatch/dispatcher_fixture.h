@@ -184,12 +184,13 @@ class DispatcherTest : public testing::Test {
                     .data = &data_,
                     .key = key_ ? &*key_ : nullptr,
                     .other_machines = [this] { return other_machines_; },
-                    .log = [](const std::string&) {},
+                    .log = [this](const std::string& line) { logged_.push_back(line); },
                     .random = [this] { return NumberedId(1'000'000 + ++prepared_); }},
         now_);
   }
 
   std::vector<OtherMachine> other_machines_;
+  std::vector<std::string> logged_;
   std::optional<SigningKey> key_;
   std::uint32_t prepared_ = 0;
   MemoryStore store_;

@@ -103,7 +103,114 @@ TEST_F(DispatcherWithoutItsKeyTest, AKeyThatTheMachineNamesAndTheBridgeHasNotIsA
   EXPECT_THAT(Active(), Not(Contains("unsigned_allowed")));
 }
 
+class DispatcherDeviceAlarmsTest : public DispatcherMessagesTest {
+ protected:
+  // HELLO of an axis that answers with this identity, at this position.
+  void Seen(std::int64_t boot_id, const std::string& identity, std::int64_t position) {
+    driver_device_t axis = OnlineDevice("axis1");
+    axis.identity = identity;
+    axis.has_position = 1;
+    axis.position = position;
+    axis.position_utime = now_.utime;
+    HelloWith(boot_id, axis);
+  }
+  static MachineConfig WithTurns() {
+    const auto settings = std::make_shared<DeviceSettings>();
+    settings->counts_per_turn = 1'000;
+    settings->turns_range = 100;
+    MachineConfig machine = TestMachine(true);
+    machine.buses[0].devices[0].settings = settings;
+    return machine;
+  }
+};
+
+TEST_F(DispatcherDeviceAlarmsTest, AnotherEncoderIsAnAlarm) {
+  Seen(kDriver, "17 A", 100);
+  static_cast<void>(UntilAlarms());
+  EXPECT_THAT(Active(), Not(Contains("encoder_exchanged")));
+  Seen(kDriver + 1, "17 B", 100);
+  static_cast<void>(UntilAlarms());
+  EXPECT_THAT(Active(), Contains("encoder_exchanged"));
+}
+
+TEST_F(DispatcherDeviceAlarmsTest, AShaftThatMovedFarWithoutItsDriverIsAnAlarm) {
+  machine_ = WithTurns();
+  RestartBridge(kBoot);
+  Seen(kDriver, "", 0);
+  static_cast<void>(UntilAlarms());
+  EXPECT_THAT(Active(), Not(Contains("place_doubtful")));
+  Seen(kDriver + 1, "", 40'000);
+  static_cast<void>(UntilAlarms());
+  EXPECT_THAT(Active(), Contains("place_doubtful"));
+}
+
+TEST_F(DispatcherDeviceAlarmsTest, TheLastPositionIsStored) {
+  Seen(kDriver, "17 A", 4'321);
+  Step(10 * kMillisecond);
+  const auto position = store_.Find("axis1").position;
+  ASSERT_TRUE(position);
+  EXPECT_EQ(position->counts, 4'321);
+}
+
+// The bridge cannot compare before it has read what the earlier bridge stored.
+TEST_F(DispatcherDeviceAlarmsTest, AnotherEncoderIsNoticedAlthoughTheJournalIsReadLate) {
+  Seen(kDriver, "17 A", 100);
+  Step(10 * kMillisecond);
+  store_.fails = true;
+  RestartBridge(kBoot + 1);
+  Seen(kDriver + 1, "17 B", 100);
+  Step(10 * kMillisecond);
+  store_.fails = false;
+  Step(10 * kMillisecond);
+  Step(10 * kMillisecond);
+  Seen(kDriver + 1, "17 B", 100);
+  static_cast<void>(UntilAlarms());
+  EXPECT_THAT(Active(), Contains("encoder_exchanged"));
+}
+
 // ---- headers, ids and epochs ----
+
+TEST_F(DispatcherMessagesTest, TheQuestionsForOtherBridgesAreNumberedAndHaveTheBootOfTheBridge) {
+  RestartBridge(kBoot + 1);
+  const auto questions = sink_.All<command_t>("COMMAND");
+  ASSERT_THAT(questions, SizeIs(3));
+  for (std::size_t i = 0; i < questions.size(); ++i) {
+    EXPECT_EQ(questions[i].seq, static_cast<std::int64_t>(i));
+    EXPECT_EQ(questions[i].boot_id, kBoot + 1);
+    EXPECT_GT(questions[i].mono_ns, 0);
+  }
+}
+
+TEST_F(DispatcherMessagesTest, ABridgeServesNobodyBeforeItHasAskedForOthers) {
+  bridge_.reset();
+  bridge_ = MakeBridge(kBoot + 1);
+  sink_.Clear();
+  SendAs(Body(1), command_body_t::MODE_QUERY);
+  EXPECT_EQ(Statuses(), 0U);
+  Pass(DuplicateBridgeDetector::kListen);
+  SendAs(Body(1), command_body_t::MODE_QUERY);
+  EXPECT_EQ(Statuses(), 1U);
+}
+
+TEST_F(DispatcherMessagesTest, AStatusHasNoEpochBeforeTheOutcomeAndTheTimeOfItsRefusal) {
+  EXPECT_EQ(Send(Body(1)).epoch_after, -1);
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().epoch_after, 3);
+  const S refused = Send(Body(2, "explode"));
+  EXPECT_EQ(refused.state, S::STATE_REJECTED);
+  EXPECT_EQ(refused.finished_utime, now_.utime);
+  EXPECT_EQ(refused.epoch_after, -1);
+}
+
+TEST_F(DispatcherMessagesTest, AStatusHasTheTimeOfTheMessageThatItFollows) {
+  Send(Body(1));
+  now_.mono += 5 * kMillisecond;
+  now_.utime += 5'000;
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().mono_ns, now_.mono);
+  EXPECT_EQ(Last().utime, now_.utime);
+}
 
 TEST_F(DispatcherMessagesTest, EachMessageHasItsTimeAndTheNumbersOfItsChannel) {
   Send(Body(1));
@@ -202,7 +309,7 @@ TEST_F(DispatcherMessagesTest, AnOrderOfTheBridgeItselfHasAnIdOfItsBootAndANumbe
   RestartBridge(kOwnBoot);
   Hello(kDriver);
   std::vector<CommandId> ids;
-  for (std::uint32_t number = 1; number <= 2; ++number) {
+  for (std::uint32_t number = 1; number <= 258; ++number) {
     auto body = Body(number);
     body.bridge_boot_id = kOwnBoot;
     Send(body);
@@ -216,6 +323,7 @@ TEST_F(DispatcherMessagesTest, AnOrderOfTheBridgeItselfHasAnIdOfItsBootAndANumbe
   }
   EXPECT_EQ(ids[0], (CommandId{8, 7, 6, 5, 4, 3, 2, 1, 1, 0, 0, 0, 0, 0, 0, 0}));
   EXPECT_EQ(ids[1], (CommandId{8, 7, 6, 5, 4, 3, 2, 1, 2, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(ids[257], (CommandId{8, 7, 6, 5, 4, 3, 2, 1, 2, 1, 0, 0, 0, 0, 0, 0}));
 }
 
 // ---- what is stored ----
@@ -227,6 +335,107 @@ TEST_F(DispatcherMessagesTest, EachStepIsStoredAndAnswered) {
   EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).state, S::STATE_RUNNING);
   Report(Orders().back(), S::STATE_SUCCEEDED);
   EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
+}
+
+TEST_F(DispatcherMessagesTest, EachStepBehindTheRoutingIsStoredOnceAndNoneOfARead) {
+  Send(Body(1));
+  EXPECT_EQ(store_.steps, 0) << "its routing is stored as such";
+  Report(Orders().back(), S::STATE_RUNNING);
+  EXPECT_EQ(store_.steps, 1);
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  Send(Body(2, "look"));
+  Report(Orders().back(), S::STATE_RUNNING);
+  EXPECT_EQ(store_.steps, 1);
+  EXPECT_EQ(SendAs(Body(2, "look"), command_body_t::MODE_QUERY).state, S::STATE_RUNNING);
+}
+
+TEST_F(DispatcherMessagesTest, AnUrgentCommandIsStoredAsRoutedToo) {
+  Send(Body(1, "halt"));
+  ASSERT_TRUE(store_.Find(NumberedId(1)));
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_ROUTED);
+}
+
+TEST_F(DispatcherMessagesTest, ARefusalIsStored) {
+  Hello(kDriver, false, driver_status_t::KIND_GOODBYE);
+  EXPECT_EQ(Send(Body(1)).reason_code, S::REASON_DRIVER_ABSENT);
+  ASSERT_TRUE(store_.Find(NumberedId(1)));
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_REJECTED);
+  EXPECT_EQ(store_.Find(NumberedId(1))->reason_code, S::REASON_DRIVER_ABSENT);
+}
+
+TEST_F(DispatcherMessagesTest, WhatTheDiskCannotTakeIsRefusedOnceWithItsFirstReason) {
+  store_.fails = true;
+  EXPECT_EQ(Send(Body(1)).reason_code, S::REASON_JOURNAL);
+  EXPECT_EQ(Statuses(), 1U);
+  PassWithDriver(100 * kMillisecond);
+  EXPECT_EQ(Statuses(), 1U);
+  EXPECT_THAT(Orders(), IsEmpty());
+  Hello(kDriver, false, driver_status_t::KIND_GOODBYE);
+  EXPECT_EQ(Send(Body(2)).reason_code, S::REASON_DRIVER_ABSENT);
+}
+
+TEST_F(DispatcherMessagesTest, ADatumThatWasSetIsStoredWithWhoSetIt) {
+  auto body = Body(1, "set_datum");
+  body.arguments = {{"counts", "73"}, {"utime", "5000"}};
+  body.n_arguments = 2;
+  body.reason = "homed";
+  Send(body);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"datum_counts", "", "73"}});
+  const auto datum = store_.Find("axis1").datum;
+  ASSERT_TRUE(datum);
+  EXPECT_EQ(datum->counts, 73);
+  EXPECT_EQ(datum->utime, 5'000);
+  EXPECT_EQ(datum->who, "unsigned");
+  EXPECT_EQ(datum->reason, "homed");
+}
+
+TEST_F(DispatcherMessagesTest, ADatumThatADriverIsGivenBackIsAnEvent) {
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5, .utime = 5'000}));
+  RestartBridge(kBoot);
+  driver_device_t axis = OnlineDevice("axis1");
+  axis.has_position = 1;
+  HelloWith(kDriver, axis);
+  ASSERT_THAT(Orders(), SizeIs(1));
+  EXPECT_EQ(Orders()[0].operation, "set_datum");
+  Report(Orders()[0], S::STATE_SUCCEEDED);
+  ASSERT_THAT(store_.events, Not(IsEmpty()));
+  EXPECT_EQ(store_.events.back().kind, "datum_restored");
+}
+
+TEST_F(DispatcherMessagesTest, AnAcknowledgementOutlivesTheOutcomesOfOtherCommands) {
+  auto body = Body(1, "acknowledge_alarm");
+  body.arguments = {{"alarm", "battery_error"}};
+  body.n_arguments = 1;
+  Send(body);
+  Report(Orders().back(), S::STATE_SUCCEEDED, {{"alarm", "present", "acknowledged"}});
+  ASSERT_THAT(store_.Marks("axis1"), SizeIs(1));
+  driver_status_t status{};
+  status.kind = driver_status_t::KIND_STATUS;
+  status.device = "axis1";
+  status.utime = now_.utime + 1'000'000;
+  FromDriver(status);
+  EXPECT_THAT(store_.Marks("axis1"), SizeIs(1));
+  status.kind = driver_status_t::KIND_ACKNOWLEDGED;  // it names no alarm: the alarm has gone
+  FromDriver(status);
+  EXPECT_THAT(store_.Marks("axis1"), IsEmpty());
+}
+
+TEST_F(DispatcherMessagesTest, AJournalThatAnswersAtOnceIsReadWhenTheBridgeStarts) {
+  bridge_.reset();
+  bridge_ = MakeBridge(kBoot);
+  EXPECT_EQ(ErrorText(bridge_->CheckJournal(now_.mono)), "");
+}
+
+TEST_F(DispatcherMessagesTest, EpochsAreReservedAsSoonAsAFullDiskHasRoom) {
+  store_.is_full = true;
+  RestartBridge(kBoot + 1);
+  Step(10 * kMillisecond);
+  const int reserved = store_.reserved;
+  Pass(kSecond);
+  EXPECT_EQ(store_.reserved, reserved) << "not while the disk is full";
+  store_.is_full = false;
+  Pass(kSecond);
+  EXPECT_EQ(store_.reserved, reserved + 1);
 }
 
 TEST_F(DispatcherMessagesTest, AJournalThatIsSilentIsAskedOnce) {
@@ -254,6 +463,73 @@ TEST_F(DispatcherMessagesTest, ABridgeOnAFailedDiskReadsItsJournalWhenTheDiskIsB
 }
 
 // ---- refusals ----
+
+TEST_F(DispatcherMessagesTest, OnlyADeniedCommandIsLogged) {
+  Send(Body(1, "explode"));
+  EXPECT_THAT(logged_, IsEmpty());
+}
+
+TEST_F(DispatcherMessagesTest, ADatumIsUndoneOnlyIfThereIsOne) {
+  EXPECT_EQ(Send(Body(1, "undo_datum")).reason_code, S::REASON_NO_DATUM);
+  EXPECT_THAT(Orders(), IsEmpty());
+}
+
+TEST_F(DispatcherMessagesTest, ACommitNamesTheArgumentsThatWerePrepared) {
+  for (const bool same : {true, false}) {
+    const std::uint32_t number = same ? 1 : 11;
+    auto body = Body(number, "write");
+    body.arguments = {{"address", "3"}, {"bytes", "A1"}};
+    body.n_arguments = 2;
+    SendAs(body, command_body_t::MODE_PREPARE);
+    Report(Orders().back(), S::STATE_SUCCEEDED);
+    const S prepared = Last();
+    const CommandId id = NumberedId(number + 1);
+    std::copy(id.begin(), id.end(), std::begin(body.id));
+    std::copy(std::begin(prepared.token), std::end(prepared.token), std::begin(body.token));
+    if (!same) body.arguments[1].value = "A2";
+    const S committed = SendAs(body, command_body_t::MODE_COMMIT);
+    EXPECT_EQ(committed.reason_code == S::REASON_TOKEN, !same);
+    EXPECT_EQ(committed.state, same ? S::STATE_ROUTED + 0 : S::STATE_REJECTED + 0);
+    if (same) Report(Orders().back(), S::STATE_SUCCEEDED);
+  }
+}
+
+TEST_F(DispatcherMessagesTest, AnUndoIsPreparedAndCommittedWithoutArguments) {
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5, .utime = 1}));
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 6, .utime = 2}));
+  RestartBridge(kBoot);
+  Hello(kDriver);
+  SendAs(Body(1, "undo_datum"), command_body_t::MODE_PREPARE);
+  ASSERT_THAT(Orders(), Not(IsEmpty()));
+  EXPECT_EQ(Orders().back().operation, "set_datum");
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  auto commit = Body(2, "undo_datum");
+  const S prepared = Last();
+  std::copy(std::begin(prepared.token), std::end(prepared.token), std::begin(commit.token));
+  EXPECT_EQ(SendAs(commit, command_body_t::MODE_COMMIT).state, S::STATE_ROUTED);
+}
+
+TEST_F(DispatcherMessagesTest, ACancelOfWhatIsOverOrUnknownChangesNoText) {
+  Send(Body(1));
+  driver_status_t done{};
+  done.kind = driver_status_t::KIND_STATUS;
+  const CommandId id = NumberedId(1);
+  std::copy(id.begin(), id.end(), std::begin(done.id));
+  done.state = S::STATE_SUCCEEDED;
+  done.text = "bumped";
+  FromDriver(done);
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_CANCEL).text, "bumped");
+  const S unknown = SendAs(Body(2), command_body_t::MODE_CANCEL);
+  EXPECT_EQ(unknown.state, S::STATE_UNKNOWN);
+  EXPECT_EQ(unknown.reason_code, S::REASON_NONE);
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  SendAs(Body(3), command_body_t::MODE_CANCEL);
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  EXPECT_EQ(Last().state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Last().reason_code, S::REASON_JOURNAL);
+  EXPECT_THAT(Last().text, HasSubstr("ask again later"));
+}
 
 TEST_F(DispatcherMessagesTest, WithoutItsDriverACommandIsRefusedWithWhatToStart) {
   Hello(kDriver, false, driver_status_t::KIND_GOODBYE);
@@ -345,6 +621,7 @@ TEST_F(DispatcherMessagesTest, AnIdOfTheJournalIsAnsweredWithItsOutcomeOrRefused
   EXPECT_EQ(Send(Body(1, "halt")).reason_code, S::REASON_ID_REUSED);
   EXPECT_THAT(Orders(), IsEmpty());
   EXPECT_EQ(Send(body).state, S::STATE_SUCCEEDED) << "the first is still known";
+  EXPECT_EQ(Send(Body(2)).state, S::STATE_ROUTED) << "nothing waits in its queue";
 }
 
 TEST_F(DispatcherMessagesTest, ACommandIsStoredWithItsEnd) {
@@ -369,6 +646,11 @@ TEST_F(DispatcherMessagesTest, UnauthorizedMessagesAreNotedAsAnEvent) {
 }
 
 // ---- the driver ----
+
+TEST_F(DispatcherMessagesTest, ADeviceThatTheMachineHasNotIsIgnored) {
+  HelloWith(kDriver, OnlineDevice("axis9"));
+  EXPECT_EQ(Send(Body(1)).state, S::STATE_ROUTED);
+}
 
 TEST_F(DispatcherMessagesTest, ABridgeThatJustStartedWaitsForItsDriver) {
   RestartBridge(kBoot);

@@ -176,8 +176,9 @@ TEST_F(DispatcherTest, ADriverThatWasSilentIsAskedWhenItIsHeardAgain) {
 // The driver has the new datum, and loses it when it ends: the journal must have it by then.
 TEST_F(DispatcherTest, ADatumThatASilentDriverHasSetIsKept) {
   command_body_t body = Body(1, "set_datum");
-  body.arguments = {{"counts", "73"}};
-  body.n_arguments = 1;
+  body.arguments = {{"counts", "73"}, {"utime", "5000"}};
+  body.n_arguments = 2;
+  body.reason = "homed";
   Send(body);
   Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
   sink_.Clear();
@@ -188,6 +189,69 @@ TEST_F(DispatcherTest, ADatumThatASilentDriverHasSetIsKept) {
   ASSERT_TRUE(datum);
   EXPECT_EQ(datum->counts, 73);
   EXPECT_EQ(datum->command, NumberedId(1));
+  EXPECT_EQ(datum->utime, 5'000);
+  EXPECT_EQ(datum->who, "unsigned");
+  EXPECT_EQ(datum->reason, "homed");
+}
+
+TEST_F(DispatcherTest, ADatumThatASilentDriverCouldNotVerifyIsKeptToo) {
+  command_body_t body = Body(1, "set_datum");
+  body.arguments = {{"counts", "73"}};
+  body.n_arguments = 1;
+  Send(body);
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  Hello(kDriver);
+  Report(Orders().at(0), S::STATE_SUCCEEDED, {{"datum_counts", "", "73"}}, 0, false);
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
+  EXPECT_TRUE(store_.Find("axis1").datum);
+}
+
+// The text of the driver is stated once, and behind it what the journal could not take.
+TEST_F(DispatcherTest, ADatumOfASilentDriverThatTheJournalCannotKeepIsNamed) {
+  command_body_t body = Body(1, "set_datum");
+  body.arguments = {{"counts", "73"}};
+  body.n_arguments = 1;
+  Send(body);
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  journal_->Stall();
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  for (std::uint32_t number = 2; journal_->waiting() < JournalQueue::kMaxWaiting; ++number) {
+    Hello(kDriver, number % 2 == 0);  // the reference is lost and restored: a change of the device each time
+  }
+  driver_status_t done{};
+  done.kind = driver_status_t::KIND_STATUS;
+  const CommandId id = NumberedId(1);
+  std::copy(id.begin(), id.end(), std::begin(done.id));
+  done.state = S::STATE_SUCCEEDED;
+  done.verified = 1;
+  done.text = "datum set";
+  done.changes = {{"datum_counts", "", "73"}};
+  done.n_changes = 1;
+  FromDriver(done);
+  const std::string text = Last().text;
+  EXPECT_NE(text.find("the journal could not keep it"), std::string::npos) << text;
+  EXPECT_EQ(text.find("datum set"), text.rfind("datum set")) << text;
+}
+
+TEST_F(DispatcherTest, AnExchangeThatASilentDriverHasTakenIsKept) {
+  ASSERT_TRUE(store_.Apply("axis1", IdentityChanged{"17 A"}));
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5, .utime = 1, .identity = "17 A"}));
+  RestartBridge(kBoot);
+  driver_device_t axis = OnlineDevice("axis1");
+  axis.identity = "17 B";
+  axis.has_position = 1;
+  HelloWith(kDriver, axis);
+  Send(Body(1, "accept_exchange"));
+  ASSERT_FALSE(Orders().empty());
+  EXPECT_EQ(Orders().back().operation, "clear_datum");
+  Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+  sink_.Clear();
+  HelloWith(kDriver, axis);
+  ASSERT_FALSE(Orders().empty());
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(store_.Find("axis1").identity, "17 B");
 }
 
 TEST_F(DispatcherTest, ADatumThatASilentDriverHasClearedIsVoid) {

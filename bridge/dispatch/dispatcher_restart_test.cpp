@@ -46,6 +46,58 @@ TEST_F(DispatcherTest, WhatTheDriverNeverHadIsRejectedOnItsPromiseToThisBridgeOn
   EXPECT_EQ(Last().reason_code, S::REASON_BRIDGE_RESTARTED);
 }
 
+// The first question of this bridge is later than every order of the bridge before.
+TEST_F(DispatcherTest, TheAnswerToTheFirstQuestionOfThisBridgeIsSufficient) {
+  Send(Body(1));
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  driver_order_t before = Orders().front();
+  --before.bridge_epoch;
+  Report(before, S::STATE_UNKNOWN);
+  EXPECT_FALSE(store_.Find(NumberedId(1))->is_final);
+  Report(Orders().front(), S::STATE_UNKNOWN);
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_REJECTED);
+}
+
+TEST_F(DispatcherTest, ACommandOfTheBridgeBeforeIsAnsweredWithItsLastState) {
+  Send(Body(1));
+  RestartBridge(kBoot + 1);
+  const S answer = SendAs(Body(1), command_body_t::MODE_QUERY);
+  EXPECT_EQ(answer.state, S::STATE_ROUTED);
+  EXPECT_EQ(answer.reason_code, S::REASON_NONE);
+}
+
+TEST_F(DispatcherTest, AnUndoOfTheBridgeBeforeTakesTheDatumBack) {
+  ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5, .utime = 1}));
+  RestartBridge(kBoot);
+  Hello(kDriver);
+  Send(Body(1, "undo_datum"));
+  ASSERT_EQ(Orders().back().operation, "clear_datum");
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(store_.Find(NumberedId(1))->state, S::STATE_SUCCEEDED);
+  EXPECT_FALSE(store_.Find("axis1").datum);
+}
+
+// As after a change of the machine's file: the bridge before waited for a check that this bridge cannot make.
+TEST_F(DispatcherTest, AnOpenFindingThatNothingCanMakeIsConcludedAtOnce) {
+  CommandRecord record;
+  const CommandId id = NumberedId(1);
+  std::copy(id.begin(), id.end(), std::begin(record.status.id));
+  record.status.device = "axis1";
+  record.status.operation = "write";
+  record.status.driver_boot_id = kDriver;
+  record.status.state = S::STATE_INDETERMINATE;
+  record.status.reason_code = S::REASON_DRIVER_RESTARTED;
+  record.status.is_final = 1;
+  ASSERT_TRUE(store_.Accepted(record, now_));
+  RestartBridge(kBoot + 1);
+  EXPECT_EQ(store_.Find(id)->finding, S::FINDING_CANNOT_TELL);
+  Hello(kDriver);
+  EXPECT_TRUE(Orders().empty());
+}
+
 TEST_F(DispatcherTest, WhenTheDriverIsAnotherTooItIsIndeterminateThenFound) {
   Send(Body(1));
   RestartBridge(kBoot + 1);
@@ -225,6 +277,78 @@ TEST_F(DispatcherTest, WhatWouldBeRefusedGivesNoToken) {
   Report(Orders()[0], S::STATE_REJECTED);
   EXPECT_EQ(Last().state, S::STATE_REJECTED);
   EXPECT_EQ(IdOf(Last().token), CommandId{});
+}
+
+// -- devices whose memory wears, and whose zero moves
+
+std::int32_t TwoWrites(const Arguments& /*arguments*/) { return 2; }
+
+MachineConfig WearingMachine() {
+  static const std::vector<OperationSpec> kOperations = {
+      {.name = "engrave", .help = "writes the device's memory", .destructive = true, .writes = &TwoWrites},
+      {.name = "move_zero", .help = "moves the device's zero", .destructive = true, .moves_datum = true}};
+  static const Family kFamily = {.name = "wearing", .summary = "for tests", .operations = kOperations};
+  const auto settings = std::make_shared<DeviceSettings>();
+  settings->counts_per_turn = 1'000;
+  settings->write_budget = 3;
+  MachineConfig machine = TestMachine(true);
+  machine.buses[0].family = &kFamily;
+  machine.buses[0].devices[0].settings = settings;
+  return machine;
+}
+
+class WearingDeviceTest : public DispatcherTest {
+ protected:
+  WearingDeviceTest() : DispatcherTest(WearingMachine(), {}) {}
+  // The driver is silent after the order, until it is received again: it is asked for the outcome then.
+  void FallSilent() {
+    Pass(DeviceQueue::kSilentAfter + 20 * kMillisecond);
+    sink_.Clear();
+    Hello(kDriver);
+    ASSERT_EQ(Orders().size(), 1U);
+    ASSERT_EQ(Orders()[0].kind, driver_order_t::KIND_QUERY);
+  }
+  void MoveZeroOfADatum() {
+    ASSERT_TRUE(store_.Apply("axis1", DatumRecord{.counts = 5, .utime = 1}));
+    RestartBridge(kBoot);
+    Hello(kDriver);
+    Send(Body(1, "move_zero"));
+    ASSERT_FALSE(store_.Find("axis1").datum) << "it is void as soon as the order is sent";
+  }
+};
+
+TEST_F(WearingDeviceTest, AWornMemoryIsNotWritten) {
+  Send(Body(1, "engrave"));
+  Report(Orders().back(), S::STATE_SUCCEEDED, {}, 2);
+  EXPECT_EQ(store_.Find("axis1").writes, 2);
+  sink_.Clear();
+  EXPECT_EQ(Send(Body(2, "engrave")).reason_code, S::REASON_WEAR);
+  EXPECT_TRUE(Orders().empty());
+}
+
+TEST_F(WearingDeviceTest, WritesThatTheDriverDidNotMakeAreNotCountedAlsoAfterARestart) {
+  Send(Body(1, "engrave"));
+  EXPECT_EQ(store_.Find("axis1").writes, 2) << "at most";
+  RestartBridge(kBoot + 1);
+  Hello(kDriver);
+  Report(Orders().back(), S::STATE_FAILED, {}, 1);
+  EXPECT_EQ(store_.Find("axis1").writes, 1);
+}
+
+TEST_F(WearingDeviceTest, ADatumHoldsAgainIfASilentDriverReportsThatItDidNothing) {
+  MoveZeroOfADatum();
+  FallSilent();
+  Report(Orders()[0], S::STATE_REJECTED);
+  EXPECT_EQ(Last().finding, S::FINDING_NO_EFFECT_SEEN);
+  EXPECT_TRUE(store_.Find("axis1").datum);
+}
+
+TEST_F(WearingDeviceTest, ADatumStaysVoidIfASilentDriverNeverReports) {
+  MoveZeroOfADatum();
+  FallSilent();
+  PassWithDriver(Dispatcher::kCheckWithin + kSecond);
+  EXPECT_EQ(Last().finding, S::FINDING_CANNOT_TELL);
+  EXPECT_FALSE(store_.Find("axis1").datum);
 }
 
 }  // namespace

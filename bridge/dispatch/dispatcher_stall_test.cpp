@@ -124,6 +124,14 @@ TEST_F(DispatcherStallTest, AnOutcomeIsToldAfterASecondAllTheSame) {
   PassStalled(JournalQueue::kStalled + 200 * kMillisecond);
   EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);
   EXPECT_EQ(Of(1).is_final, 1);
+  EXPECT_NE(Of(1).text.find("the journal has not noted it"), std::string::npos)
+      << "after a power failure, the next bridge may report another outcome";
+  journal_->Recover();
+  Send(Body(2));
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  Step(10 * kMillisecond);
+  EXPECT_EQ(Of(2).is_final, 1);
+  EXPECT_EQ(Of(2).text.find("not noted"), std::string::npos) << Of(2).text;
 }
 
 TEST_F(DispatcherStallTest, AClientLearnsOfTheBridgeButNotThatItsCommandIsUnknown) {
@@ -163,6 +171,155 @@ TEST_F(DispatcherStallTest, ABridgeThatStartsOnAStalledDiskServesReadsAndStops) 
   Send(Body(2, "halt"));
   EXPECT_EQ(Ordered(), (std::vector<std::string>{"look", "halt"}));
   EXPECT_EQ(Send(Body(3)).reason_code, S::REASON_JOURNAL);
+}
+
+TEST_F(DispatcherStallTest, WhatTheDiskHasWrittenIsDoneAsSoonAsTheBridgeSettles) {
+  journal_->Stall();
+  Send(Body(1));
+  journal_->Recover();
+  now_.mono += 5 * kMillisecond;
+  bridge_->Settle(now_);
+  EXPECT_EQ(Of(1).state, S::STATE_ROUTED);
+  EXPECT_EQ(Of(1).mono_ns, now_.mono);
+}
+
+TEST_F(DispatcherStallTest, WhatTheDiskHasWrittenIsNotRefusedByABridgeThatWasLate) {
+  journal_->Stall();
+  auto body = Body(1);
+  body.valid_ms = 60'000;
+  Send(body);
+  journal_->Recover();
+  Step(JournalQueue::kStalled + kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_ROUTED);
+}
+
+TEST_F(DispatcherStallTest, ACommandThatWasAcceptedIsRefusedIfTheDiskStallsBeforeItIsItsTurn) {
+  auto body = Body(1);
+  body.valid_ms = 60'000;
+  Send(body);
+  auto next = Body(2);
+  next.valid_ms = 60'000;
+  Send(next);
+  const driver_order_t first = Orders().back();
+  Report(first, S::STATE_RUNNING);
+  journal_->Stall();
+  PassStalled(JournalQueue::kStalled + 200 * kMillisecond);
+  sink_.Clear();
+  Report(first, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Of(2).state, S::STATE_REJECTED);
+  EXPECT_EQ(Of(2).reason_code, S::REASON_JOURNAL);
+  EXPECT_TRUE(Orders().empty());
+}
+
+TEST_F(DispatcherStallTest, ASlowDiskHoldsUpTheRoutingToo) {
+  Send(Body(1));
+  Send(Body(2));
+  const driver_order_t first = Orders().back();
+  Report(first, S::STATE_RUNNING);
+  journal_->Stall();
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  sink_.Clear();
+  Report(first, S::STATE_SUCCEEDED);
+  EXPECT_TRUE(Orders().empty());
+  Send(Body(3));
+  EXPECT_EQ(Statuses(), 0U) << "its acceptance is not on the disk yet";
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Ordered(), (std::vector<std::string>{"bump"}));
+  EXPECT_EQ(IdOf(Orders().back().id), NumberedId(2));
+  EXPECT_EQ(Of(3).state, S::STATE_ACCEPTED);
+}
+
+TEST_F(DispatcherStallTest, AnUrgentCommandThatIsUnderWayIsNotAcceptedOnceMore) {
+  journal_->Stall();
+  Send(Body(1, "halt"));
+  Pass(150 * kMillisecond);
+  Report(Orders().back(), S::STATE_RUNNING);
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Of(1).state, S::STATE_RUNNING);
+}
+
+TEST_F(DispatcherStallTest, AnOutcomeIsPublishedAfterMoreThanASecondAndOnlyOnce) {
+  Send(Body(1));
+  const driver_order_t order = Orders().back();
+  journal_->Stall();
+  sink_.Clear();
+  Report(order, S::STATE_SUCCEEDED);
+  Step(JournalQueue::kStalled);
+  EXPECT_EQ(Statuses(), 0U);
+  Step(1);
+  EXPECT_EQ(Of(1).state, S::STATE_SUCCEEDED);
+  journal_->Recover();
+  Step(kMillisecond);
+  EXPECT_EQ(Statuses(), 1U);
+}
+
+// Urgent commands are sent although the journal is full. Only their outcomes still wait for it.
+TEST_F(DispatcherStallTest, OfUrgentCommandsAFullJournalGetsOnlyTheOutcome) {
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  std::uint32_t number = 0;
+  const auto halt = [&] {
+    sink_.Clear();
+    Send(Body(++number, "halt"));
+    ASSERT_FALSE(Orders().empty());
+    Report(Orders().back(), S::STATE_SUCCEEDED);
+  };
+  while (journal_->waiting() < JournalQueue::kMaxWaiting && !HasFailure()) halt();
+  const std::size_t full = journal_->waiting();
+  for (int i = 0; i < 50; ++i) halt();
+  EXPECT_LE(journal_->waiting(), full + 50);
+}
+
+// -- what the bridge remembers
+
+// Nobody can make the bridge store the refusals of commands without end.
+TEST_F(DispatcherStallTest, RefusalsAreForgottenWhenTheirCommandsAreNoLongerValid) {
+  store_.fails = true;
+  for (std::uint32_t number = 1; number <= CommandStore::kMinKept; ++number) {
+    Send(Body(number));
+    sink_.Clear();
+  }
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).state, S::STATE_REJECTED);
+  Hello(kDriver);
+  now_.mono += 2 * kSecond;
+  for (std::uint32_t number = 90'000; number < 90'003; ++number) Send(Body(number));
+  store_.fails = false;
+  Step(10 * kMillisecond);
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(SendAs(Body(90'000), command_body_t::MODE_QUERY).state, S::STATE_REJECTED);
+}
+
+TEST_F(DispatcherStallTest, RefusalsForAnAbsentDriverAreForgottenToo) {
+  Hello(kDriver, false, driver_status_t::KIND_GOODBYE);
+  for (std::uint32_t number = 1; number <= CommandStore::kMinKept; ++number) {
+    Send(Body(number));
+    sink_.Clear();
+  }
+  now_.mono += 2 * kSecond;
+  for (std::uint32_t number = 90'000; number < 90'003; ++number) Send(Body(number));
+  store_.LoseCommands();  // so that the answer is from the bridge's memory
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(SendAs(Body(90'000), command_body_t::MODE_QUERY).state, S::STATE_REJECTED);
+}
+
+TEST_F(DispatcherStallTest, WhileTooManyCommandsAreValidOnlyReadsAndUrgentCommandsPass) {
+  Hello(kDriver, false, driver_status_t::KIND_GOODBYE);
+  auto body = Body(0);
+  body.valid_ms = 3'600'000;
+  for (std::uint32_t number = 1; number <= CommandStore::kMaxKept; ++number) {
+    const CommandId id = NumberedId(number);
+    std::copy(id.begin(), id.end(), std::begin(body.id));
+    Send(body);
+    sink_.Clear();
+  }
+  Hello(kDriver + 1);
+  EXPECT_EQ(Send(Body(90'000)).reason_code, S::REASON_QUEUE_FULL);
+  EXPECT_NE(Last().text.find("give commands a shorter one"), std::string::npos);
+  EXPECT_EQ(Send(Body(90'001, "look")).state, S::STATE_ROUTED);
+  EXPECT_EQ(Send(Body(90'002, "halt")).state, S::STATE_ROUTED);
 }
 
 // -- a journal that was deleted or rolled back

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <utility>
 
+#include "core/alarm/alarm_table.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "core/command/commands.h"
@@ -339,6 +340,22 @@ std::optional<BridgeCommand> AlarmStateStore::OnHello(const std::string& device,
   return command;
 }
 
+Result<> AlarmStateStore::BeforeRoute(const PendingCommand& pending, Timestamp now) const {
+  if (pending.operation->name != kShelveAlarm ||
+      HasRoomFor(pending.device, ArgumentOf(pending, "alarm"), now.utime))
+    return {};
+  return Failure(std::to_string(AlarmShelves::kMax) + " alarms of this device are shelved: unshelve some first",
+                 S::REASON_BAD_ARGUMENT);
+}
+
+bool AlarmStateStore::HasRoomFor(const std::string& device, const std::string& alarm, std::int64_t utime) const {
+  const std::vector<AlarmMark> marks = store_.Marks(device);
+  const auto others = std::count_if(marks.begin(), marks.end(), [&](const AlarmMark& mark) {
+    return mark.kind == Kind::kShelved && mark.alarm != alarm && mark.until_utime > utime;
+  });
+  return static_cast<std::size_t>(others) < AlarmShelves::kMax;
+}
+
 void AlarmStateStore::OnAcknowledged(const driver_status_t& status) {
   for (const AlarmMark& mark : store_.Marks(status.device)) {
     const bool knew = mark.driver_boot_id == status.boot_id && mark.known_utime < status.utime;
@@ -372,7 +389,9 @@ void AlarmStateStore::Keep(PendingCommand& pending, Kind kind) {
                           .command = pending.id,
                           .driver_boot_id = status.driver_boot_id,
                           .known_utime = status.finished_utime};
-  if (store_.Apply(pending.device, mark)) return;
+  // An outcome that comes late may find no room any more.
+  const bool has_room = kind != Kind::kShelved || HasRoomFor(pending.device, mark.alarm, mark.utime);
+  if (has_room && store_.Apply(pending.device, mark)) return;
   status.text =
       CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
 }

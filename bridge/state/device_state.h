@@ -100,12 +100,15 @@ class AlarmStateStore {
   // A driver's boot is there. An order when it must be given something back; asked again until it has it all.
   [[nodiscard]] std::optional<BridgeCommand> OnHello(const std::string& device, std::int64_t boot_id,
                                                      Timestamp now);
+  // Refuses to shelve one more alarm than a driver takes. A driver that has restarted does not know its shelves yet.
+  [[nodiscard]] Result<> BeforeRoute(const PendingCommand& pending, Timestamp now) const;
   // KIND_ACKNOWLEDGED: an alarm that this boot knew as acknowledged and names no more has gone.
   void OnAcknowledged(const driver_status_t& status);
   // The command has its outcome. May add to the status.
   void OnOutcome(PendingCommand& pending);
 
  private:
+  [[nodiscard]] bool HasRoomFor(const std::string& device, const std::string& alarm, std::int64_t utime) const;
   void Keep(PendingCommand& pending, AlarmMark::Kind kind);
   void Restored(const PendingCommand& pending);
 

@@ -19,9 +19,11 @@ namespace axlecast {
 class MemoryStore : public DurableStore {
  public:
   bool fails = false;
+  bool is_full = false;    // it can be read, and reserves no epochs
   mutable int opened = 0;  // how often what is open was read
   int reserved = 0;        // how often epochs were reserved, also in vain
   int ticks = 0;
+  int steps = 0;  // how often a step was written
   std::vector<AxisEvent> events;
   DeviceMemory devices;
 
@@ -44,7 +46,10 @@ class MemoryStore : public DurableStore {
     if (found != commands_.end()) found->second = {WithStatus(status), epoch};
     return found != commands_.end();
   }
-  void Step(const command_status_t& status, Timestamp) override { Put(status); }
+  void Step(const command_status_t& status, Timestamp) override {
+    ++steps;
+    Put(status);
+  }
   void Outcome(const command_status_t& status, Timestamp) override { Put(status); }
   std::optional<command_status_t> Find(const CommandId& id) const override {
     const auto found = commands_.find(id);
@@ -76,14 +81,14 @@ class MemoryStore : public DurableStore {
   }
   std::int64_t ReserveEpochs(std::int64_t at_least, std::int64_t count) override {
     ++reserved;
-    if (fails) return 0;
+    if (fails || is_full) return 0;
     const std::int64_t first = std::max(at_least, reserved_);
     reserved_ = first + count;
     return first;
   }
   void Tick(Timestamp) override { ++ticks; }
   bool readable() const override { return !fails; }
-  Result<> state() const override { return fails ? Result<>(Failure("the disk is full")) : Result<>(); }
+  Result<> state() const override { return fails || is_full ? Result<>(Failure("the disk is full")) : Result<>(); }
 
  private:
   CommandRecord WithStatus(const command_status_t& status) {
