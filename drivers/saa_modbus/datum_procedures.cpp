@@ -82,6 +82,7 @@ class DatumWrite final : public Procedure {
 
   std::optional<Outcome> OnAfter(const Answer& answer, MonoNs end) {
     if (!answer.ok()) {
+      silent_after_ = true;
       if (++failures_ < kReadsAfter) return std::nullopt;
       return WithCounts(
           Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
@@ -107,7 +108,8 @@ class DatumWrite final : public Procedure {
       const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
       return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0");
     }
-    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_},
+    // An encoder that lost its power at once may have stored nothing.
+    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_ && !silent_after_},
                            text + (accepted_ ? "" : "; the echo did not come"));
   }
 
@@ -138,7 +140,8 @@ class DatumWrite final : public Procedure {
   MonoNs due_ = 0;
   std::int64_t before_ = 0;
   bool sent_ = false;
-  bool accepted_ = false;  // the echo came
+  bool accepted_ = false;      // the echo came
+  bool silent_after_ = false;  // a reading after the request failed
   int failures_ = 0;
   int zero_readings_ = 0;
 };

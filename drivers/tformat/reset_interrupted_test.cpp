@@ -172,6 +172,27 @@ TEST(ResetInterrupted, ALostTenthReplyIsDecidedByReadingBack) {
   }
 }
 
+// The simulation of a whole machine found it: the power failed while the encoder stored the zero.
+TEST(ResetInterrupted, AnEncoderThatWasSilentAfterTheTenthReplyMayHaveStoredNothing) {
+  for (const bool silent : {false, true}) {
+    DeviceFixture bench;
+    bench.GoOnline({.single_turn = 0});
+    bench.Begin("zero_single_turn");
+    bench.Give(kId3, All({.single_turn = 0}), false);  // reads as zero before
+    bench.GiveResets(kId8, 10, 0);
+    bench.PassIdle();
+    if (silent) {
+      bench.Give(kId3, {});
+      bench.PassSilence();
+      bench.PassIdle();
+    }
+    bench.Give(kId3, All({.single_turn = 0}));
+    ASSERT_EQ(bench.FinalOutcomes(), 1);
+    EXPECT_EQ(bench.Last().state, silent ? CommandState::kIndeterminate : CommandState::kSucceeded);
+    EXPECT_FALSE(bench.Last().verified);
+  }
+}
+
 TEST(ResetInterrupted, IsIndeterminateWhenTheEffectCannotBeRead) {
   DeviceFixture bench;
   bench.GoOnline();

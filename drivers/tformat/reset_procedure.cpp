@@ -140,6 +140,7 @@ class ResetProcedure final : public Procedure {
   [[nodiscard]] bool MayBeDone() const { return sent_ + alarmed_ >= kResetTimes; }
   std::optional<Outcome> OnVerified(const Answer& answer) {
     if (answer.ok()) return Evaluate(answer.reply);
+    silent_after_ = true;
     if (++failed_reads_ < kReadsBefore + kReadsAfter) return std::nullopt;
     return WithFindingBefore(
         Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
@@ -226,12 +227,13 @@ class ResetProcedure final : public Procedure {
     return static_cast<std::uint8_t>(*after.alarms & mask);
   }
   [[nodiscard]] std::string Lost() const { return tenth_lost_ ? "; the tenth reply was lost" : ""; }
-  // Ten good replies prove that the encoder accepted the sequence.
+  // Ten good replies prove that the encoder accepted the sequence, and the next reading at once that it had its power while it
+  // stored the result (kWriteTime): it needs longer than that to start.
   [[nodiscard]] Outcome Fitting(const std::string& text) const {
-    return WithFindingBefore(
-        ReadBackOutcome({.same_before = SameBefore(), .confirmed = sent_ == kResetTimes && !tenth_lost_},
-                        text + Lost()),
-        SameBefore());
+    return WithFindingBefore(ReadBackOutcome({.same_before = SameBefore(),
+                                              .confirmed = sent_ == kResetTimes && !tenth_lost_ && !silent_after_},
+                                             text + Lost()),
+                             SameBefore());
   }
   [[nodiscard]] bool SameBefore() const {
     if (id_ == DataId::kZeroSingleTurn) {
@@ -251,6 +253,7 @@ class ResetProcedure final : public Procedure {
   int alarmed_ = 0;  // answered with one
   bool in_flight_ = false;
   bool tenth_lost_ = false;
+  bool silent_after_ = false;  // a reading after the requests failed
   int failed_reads_ = 0;
   Reply before_;
 };
