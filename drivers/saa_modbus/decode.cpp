@@ -76,6 +76,9 @@ Json DescribePosition(const char* kind, Bytes frame, int bits) {
 
 Json Describe(const Shape& shape, Bytes frame, int bits) {
   if (const std::optional<Request> request = ParseRequest(frame)) return DescribeRequest(shape.kind, *request);
+  // A query and its reply begin with FF.
+  if (frame[1] != kQueryAddress && (frame[0] < kMinAddress || frame[0] > kMaxAddress))
+    return BadFrame(shape.kind, "range");
   switch (frame[1]) {
     case kReadPosition:
       if (shape.size == kReadRequestSize && frame[2] == 0) return BadFrame(shape.kind, "range");

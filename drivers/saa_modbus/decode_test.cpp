@@ -93,6 +93,10 @@ TEST(SaaModbusDecode, ErrorWords) {
       {"01 03 05 01 02 03 04 05 BC 29", "16", "read_position_reply", "range"},
       {"01 03 00 00 00 03 05 CB", "16", "read_position_request", "range"},
       {"01 A1 F8 58 12", "16", "set_address_request", "range"},
+      {"F8 03 02 7A A6 87 4A", "15", "read_position_reply", "range"},
+      {"00 03 02 01 7F C5 F4", "14", "read_position_reply", "range"},
+      {"FE 83 02 F0 C1", "14", "read_position_exception", "range"},
+      {"F8 A1 83 C8", "14", "set_address_reply", "range"},
       {"01 CC 03 35 01", "16", "set_parameter_request_or_reply", "range"},
       {"FF A0 F8 72 38", "16", "query_address_reply", "range"},
   };
