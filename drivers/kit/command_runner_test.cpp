@@ -81,6 +81,26 @@ TEST_F(CommandRunnerTest, OnlyAnOperationThatNeedsAStandstillIsRefusedInMotion) 
   EXPECT_EQ(ReasonOf(Command("read")), S::REASON_NONE);
 }
 
+// A shaft of which too little is known may turn.
+TEST_F(CommandRunnerTest, AShaftIsAtRestOnlyIfTheReadingsProveIt) {
+  for (const bool known : {false, true}) {
+    for (const bool standstill : {false, true}) {
+      output_.motion = {.known = known, .standstill = standstill};
+      EXPECT_EQ(AtRest(output_, 0), known && standstill) << known << standstill;
+      EXPECT_EQ(ReasonOf(Command("zero")) == S::REASON_NOT_STANDING_STILL, !(known && standstill));
+    }
+  }
+}
+
+TEST(Standstill, TheRefusalStatesWhatTheReadingsShowAndWhatToDo) {
+  EXPECT_THAT(MotionText({.known = false}), HasSubstr("poll faster, or set limits"));
+  EXPECT_THAT(MotionText({.known = true, .speed_rpm = 12}), HasSubstr("turns at 12 rpm; stop the axis"));
+  const Outcome outcome = NotAtRest({.known = false});
+  EXPECT_EQ(outcome.state, CommandState::kRejected);
+  EXPECT_EQ(outcome.reason, S::REASON_NOT_STANDING_STILL);
+  EXPECT_THAT(outcome.text, HasSubstr("poll faster"));
+}
+
 TEST_F(CommandRunnerTest, ARefusedCommandHasItsOutcomeAtOnce) {
   EXPECT_FALSE(runner_.Begin(Command("read", 5), true, 6));
   EXPECT_EQ(Last().state, CommandState::kExpired);
@@ -228,6 +248,7 @@ TEST(Accuracy, IsTwiceAsMuchBetweenTwoReadings) {
   EXPECT_EQ(NoiseOfAccuracy(5, 32), 33'141);
   EXPECT_EQ(NoiseOfAccuracy(40, 10), 1);
   EXPECT_EQ(NoiseOfAccuracy(0, 20), 1);
+  EXPECT_EQ(NoiseOfAccuracy(10'125, 10), 16) << "a 64th of a turn is a whole number of counts";
 }
 
 }  // namespace

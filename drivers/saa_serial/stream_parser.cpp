@@ -109,9 +109,7 @@ std::optional<StreamParser::Found> StreamParser::Skip(Bytes rest) {
   if (run_ != first && (run_ % size != 0 || run_ < 2 * size)) return std::nullopt;
   Found lost;
   lost.error = reply.error == ReplyError::kRange ? ErrorKind::kRange : ErrorKind::kChecksum;
-  lost.position = position_ - 1;
   lost.first = inbox_.ArrivalOf(at_ - 1);
-  lost.last = lost.first;
   return lost;
 }
 

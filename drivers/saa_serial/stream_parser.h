@@ -39,7 +39,8 @@ class StreamParser {
 
   struct Found {
     // Set if there was no frame where one had to begin (kRange: because of bits above the resolution), once for each
-    // frame length of dropped bytes. Otherwise the fields below hold the frame.
+    // frame length of dropped bytes. Then only `first` is set: the arrival of the dropped byte. Otherwise the fields below
+    // hold the frame.
     std::optional<ErrorKind> error;
     std::uint32_t counts = 0;
     std::int64_t position = 0;  // of its first byte since the start of the stream

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
+
 #include "tests/support/golden_file.h"
 
 namespace axlecast::saa_serial {
@@ -69,6 +71,7 @@ TEST(SaaReading, EachDamageHasItsKind) {
     const Exchanged exchanged = Replied(hex, kMillisecond, kMillisecond, Event::Kind::kTimeout);
     const PolledReading read = ReadReply(exchanged.event, kFormat, kCharacter);
     EXPECT_EQ(read.reading.error, kind) << hex;
+    EXPECT_EQ(read.reading.at, (Interval{kSecond, kSecond + kMillisecond})) << hex << ": when its bytes came";
   }
 }
 
@@ -152,6 +155,72 @@ TEST(SaaReading, FramesOfAStallBeginOnePeriodAfterTheOneBefore) {
   }
   now += times.period;
   EXPECT_EQ(widened(now), usual(now).first);
+}
+
+// Frames that come in a stall of 45 ms, in which four were held back.
+class StallTest : public ::testing::Test {
+ protected:
+  static constexpr MonoNs kShortest = 9'900 * kMicrosecond;  // a period, less 1 %
+
+  StallTest() {
+    times_.late = 100 * kMillisecond;
+    frames_.emplace(times_);
+    frames_->Restart(now_);
+    EXPECT_EQ(LateBy(times_.period + times_.latency), 0) << "in time";
+  }
+  // Receives a frame after `pause`. Returns how much earlier its interval begins than that of a frame in time.
+  MonoNs LateBy(MonoNs pause) {
+    now_ += pause;
+    frames_->Arrived(now_);
+    const MonoNs usual = now_ - times_.period - times_.latency - times_.processing;
+    return usual - frames_->Widened({usual, now_}).first;
+  }
+  // The late ones, of which the last comes `last` after the first.
+  MonoNs Stall(MonoNs last) {
+    LateBy(45 * kMillisecond);
+    LateBy(kMillisecond);
+    LateBy(kMillisecond);
+    LateBy(kMillisecond);
+    return LateBy(last - 3 * kMillisecond);
+  }
+
+  StreamTimes times_ = kTimes;
+  std::optional<StalledFrames> frames_;
+  MonoNs now_ = kSecond;
+};
+
+TEST_F(StallTest, NothingIsWidenedOnceAllHaveCome) {
+  EXPECT_EQ(Stall(4 * kMillisecond), 0);
+  EXPECT_EQ(LateBy(times_.period), 0);
+}
+
+TEST_F(StallTest, ThosePresentMayBeAsLateAsTheLastOfTheStallUntilThePause) {
+  EXPECT_EQ(Stall(5 * kMillisecond), 500 * kMicrosecond);
+  EXPECT_EQ(LateBy(times_.period), 500 * kMicrosecond);
+  EXPECT_EQ(LateBy(times_.period + 1'200 * kMicrosecond), 500 * kMicrosecond) << "no pause: an eighth of a period";
+  EXPECT_EQ(LateBy(times_.period + 1'300 * kMicrosecond), 500 * kMicrosecond + 11'300 * kMicrosecond - kShortest);
+}
+
+TEST_F(StallTest, ThoseOfOneWholePeriodStayAsLate) {
+  LateBy(45 * kMillisecond);
+  LateBy(kMillisecond);
+  LateBy(kMillisecond);
+  EXPECT_EQ(LateBy(2'600 * kMicrosecond), times_.period);
+  EXPECT_EQ(LateBy(times_.period), times_.period);
+}
+
+TEST_F(StallTest, AFrameThatComesAsEarlyAsItCanEndsTheStall) {
+  EXPECT_EQ(Stall(4'500 * kMicrosecond), 0);
+  EXPECT_EQ(LateBy(times_.period + 1'200 * kMicrosecond), 11'200 * kMicrosecond - kShortest) << "another stall";
+}
+
+TEST_F(StallTest, AfterARestartNothingOldIsLate) {
+  EXPECT_EQ(Stall(5 * kMillisecond), 500 * kMicrosecond);
+  frames_->Restart(now_);
+  EXPECT_EQ(LateBy(times_.period), 0);
+  EXPECT_EQ(LateBy(times_.period), 0);
+  EXPECT_EQ(LateBy(times_.period + 1'200 * kMicrosecond), 11'200 * kMicrosecond - kShortest)
+      << "a stall of its own";
 }
 
 }  // namespace

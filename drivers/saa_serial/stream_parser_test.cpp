@@ -276,6 +276,86 @@ TEST(SaaStreamParser, InStepTheSamePositionIsReadAllTheTime) {
   EXPECT_EQ(Places(stream, 24).size(), 22U) << "the last waits for the next";
 }
 
+// ---- of candidates that overlap, which one is taken: the rules of the class ----
+
+// Bytes with a candidate at their begin and another three bytes later, of which none is followed.
+constexpr std::uint32_t kEarlier = 0x02FF;
+constexpr std::uint32_t kLater = 0x0011;
+ByteList TwoCandidates() { return Hex("FF 81 02 FF 81 00 11 91"); }
+
+// What is found of `bytes`, `gap` bad bytes behind a frame of `last`.
+std::vector<std::uint32_t> FoundBehind(std::uint32_t last, std::size_t gap, const ByteList& bytes, int bits,
+                                       StreamParser& parser) {
+  ByteList stream = {0x00};
+  Append(stream, StreamFrame(last, bits));
+  stream.resize(stream.size() + gap, 0);
+  Append(stream, bytes);
+  std::vector<std::uint32_t> counts;
+  for (const auto& each : ParseAll(parser, stream, 7)) {
+    if (!each.error) counts.push_back(each.counts);
+  }
+  EXPECT_EQ(counts.front(), last);
+  return {counts.begin() + 1, counts.end()};
+}
+
+std::vector<std::uint32_t> FoundOfTwo(std::uint32_t last, std::size_t gap) {
+  ByteList bytes = TwoCandidates();
+  bytes.resize(bytes.size() + 10, 0);
+  StreamParser parser(16);
+  const auto found = FoundBehind(last, gap, bytes, 16, parser);
+  EXPECT_EQ(parser.ambiguous(), 0) << "none is followed";
+  return found;
+}
+
+TEST(SaaStreamParser, OfTwoThatNoneFollowsTheOneInStepIsTaken) {
+  for (const std::size_t gap : {5U, 10U, 20U}) EXPECT_THAT(FoundOfTwo(kLater, gap), ElementsAre(kEarlier)) << gap;
+  for (const std::size_t gap : {2U, 7U, 22U}) EXPECT_THAT(FoundOfTwo(kEarlier, gap), ElementsAre(kLater)) << gap;
+}
+
+TEST(SaaStreamParser, OutOfStepTheNearestToTheLastPositionIsTaken) {
+  for (const std::size_t gap : {1U, 4U, 14U}) {
+    EXPECT_THAT(FoundOfTwo(kEarlier, gap), ElementsAre(kEarlier)) << gap;
+    EXPECT_THAT(FoundOfTwo(kLater, gap), ElementsAre(kLater)) << gap;
+    EXPECT_THAT(FoundOfTwo((kEarlier + kLater) / 2, gap), ElementsAre(kLater)) << gap << ": both are as near";
+  }
+}
+
+TEST(SaaStreamParser, AfterThreeFramesOfBadBytesTheLastPositionDecidesNothing) {
+  EXPECT_THAT(FoundOfTwo(kEarlier, 16), ElementsAre(kLater));
+  EXPECT_THAT(FoundOfTwo(kEarlier, 19), ElementsAre(kLater));
+}
+
+TEST(SaaStreamParser, TheOneThatIsFollowedIsTakenAlsoWhereTheOtherIsInStep) {
+  ByteList bytes = Hex("FF 81 02");  // the begin of a frame whose end is missing
+  Append(bytes, StreamFrame(kLater, 16));
+  Append(bytes, StreamFrame(kLater + 1, 16));
+  StreamParser parser(16);
+  EXPECT_THAT(FoundBehind(kEarlier, 0, bytes, 16, parser), ElementsAre(kLater, kLater + 1));
+}
+
+TEST(SaaStreamParser, WaitsForNoMoreBytesThanTheCandidatesNeed) {
+  ByteList bytes = TwoCandidates();
+  bytes.push_back(0x00);  // no frame follows the later one
+  StreamParser parser(16);
+  EXPECT_THAT(FoundBehind(kLater, 5, bytes, 16, parser), ElementsAre(kEarlier));
+}
+
+// 24 bits at rest on FF8101 read as 0101FF two bytes later: each is followed.
+TEST(SaaStreamParser, OfTwoThatAreFollowedTheNearestIsTakenWithinThreeFrames) {
+  ByteList bytes;
+  for (int i = 0; i < 4; ++i) Append(bytes, StreamFrame(0xFF8101, 24));
+  const auto found = [&bytes](std::uint32_t last, std::size_t gap) {
+    StreamParser parser(24);
+    const auto counts = FoundBehind(last, gap, bytes, 24, parser);
+    EXPECT_EQ(parser.ambiguous() > 0, counts.empty());
+    return std::set<std::uint32_t>(counts.begin(), counts.end());
+  };
+  for (const std::size_t gap : {1U, 13U, 18U}) EXPECT_THAT(found(0xFF8001, gap), ElementsAre(0xFF8101)) << gap;
+  for (const std::size_t gap : {1U, 13U, 16U}) EXPECT_THAT(found(0x010200, gap), ElementsAre(0x0101FF)) << gap;
+  EXPECT_THAT(found(0x010200, 0), ElementsAre(0xFF8101)) << "it begins where the last frame ended";
+  EXPECT_THAT(found(0xFF8001, 19), IsEmpty());
+}
+
 TEST(SaaStreamParser, CountsOneErrorForEachFrameLost) {
   StreamParser parser(14);
   ByteList stream = Hex("7F 00");  // received from the middle of a frame: nothing is lost
@@ -316,6 +396,19 @@ TEST(SaaStreamParser, GivesTheArrivalOfFirstAndLastByteAndWhatCameBehind) {
   EXPECT_EQ(first->behind, 5U);
   EXPECT_EQ(parser.Next()->behind, 0U);
   EXPECT_FALSE(parser.Next());
+}
+
+TEST(SaaStreamParser, AnErrorIsOfTheTimeAtWhichItsByteCame) {
+  StreamParser parser(14);
+  parser.Append(StreamFrame(1, 14), {100, 110});
+  ASSERT_TRUE(parser.Next());
+  parser.Append(Hex("55"), {200, 210});
+  parser.Append(Hex("55"), {300, 310});
+  parser.Append(Hex("55 55 55"), {400, 410});
+  const auto lost = parser.Next();
+  ASSERT_TRUE(lost);
+  EXPECT_EQ(lost->error, ErrorKind::kChecksum);
+  EXPECT_EQ(lost->first, (Interval{200, 210}));
 }
 
 TEST(SaaStreamParser, AfterARestartNothingOldIsLeft) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "platform/net/lcm_receiver.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -152,6 +153,57 @@ TEST(MulticastPort, APortThatAnotherProgramHoldsIsAProblem) {
   ASSERT_EQ(bind(holder.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
   const MulticastPort port(*ParseLcmUrl("udpm://239.255.76.68:7669"));
   EXPECT_THAT(port.problem(), HasSubstr("another program holds it"));
+}
+
+// A short message of LCM's wire protocol.
+std::string ShortMessage(const std::string& channel, const std::string& data) {
+  return std::string("LC02\0\0\0\0", 8) + channel + '\0' + data;
+}
+
+// Reads until the receiver has counted so many messages, malformed datagrams and datagrams that the kernel dropped. Returns the number of
+// datagrams that it has read.
+std::size_t ReadUntil(LcmReceiver& receiver, std::int64_t count, std::vector<std::string>& channels) {
+  const SystemClock clock;
+  const MonoNs end = clock.Now() + kLimit;
+  const auto counted = [&receiver] {
+    const ReceptionCounts counts = receiver.counts();
+    return counts.messages + counts.malformed + counts.dropped;
+  };
+  std::size_t datagrams = 0;
+  while (counted() < count && clock.Now() < end) {
+    pollfd readable{receiver.FileDescriptor(), POLLIN, 0};
+    static_cast<void>(poll(&readable, 1, 10));
+    datagrams += receiver.Read([&channels](std::string_view channel, Bytes) { channels.emplace_back(channel); });
+  }
+  return datagrams;
+}
+
+TEST(LcmReceiverTest, CountsMessagesAndMalformedDatagrams) {
+  LcmReceiver receiver(*ParseLcmUrl(Url()));
+  const Sender sender;
+  std::vector<std::string> channels;
+  ASSERT_TRUE(sender.Send(ShortMessage("A", "1")));
+  EXPECT_EQ(ReadUntil(receiver, 1, channels), 1);
+  ASSERT_TRUE(sender.Send("no message"));
+  ASSERT_TRUE(sender.Send(ShortMessage("B", "")));
+  EXPECT_EQ(ReadUntil(receiver, 3, channels), 2);
+  EXPECT_EQ(channels, (std::vector<std::string>{"A", "B"}));
+  const ReceptionCounts counts = receiver.counts();
+  EXPECT_EQ(counts.messages, 2);
+  EXPECT_EQ(counts.malformed, 1);
+  EXPECT_EQ(counts.dropped, 0);
+  EXPECT_EQ(counts.outside, 0);
+}
+
+TEST(LcmReceiverTest, CountsWhatTheKernelDroppedWhenNothingArrivesAnyMore) {
+  LcmReceiver receiver(*ParseLcmUrl(Url("&recv_buf_size=8192")));
+  const Sender sender;
+  constexpr std::int64_t kSent = 500;
+  for (std::int64_t i = 0; i < kSent; ++i) ASSERT_TRUE(sender.Send(ShortMessage("A", std::string(500, 'x'))));
+  std::vector<std::string> channels;
+  const auto taken = static_cast<std::int64_t>(ReadUntil(receiver, kSent, channels));
+  EXPECT_LT(taken, kSent);
+  EXPECT_EQ(receiver.counts().dropped, kSent - taken);
 }
 
 }  // namespace

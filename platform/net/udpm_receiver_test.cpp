@@ -468,6 +468,19 @@ TEST(FragmentStoreTest, HoldsAfterItsClearingAsMuchAsBefore) {
   }
 }
 
+TEST(FragmentStoreTest, WhatWasClearedNeitherExpiresNorMakesRoom) {
+  FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 4U << 10});
+  const std::vector<std::uint8_t> bytes(1'000, 1);
+  for (const MonoNs now : {MonoNs{0}, FragmentStore::kAge + 1}) {
+    // Each message but the newest is an older one of its sender: the third of them is beyond the limit.
+    for (std::uint32_t sequence = 0; sequence < 4; ++sequence)
+      static_cast<void>(store.Add(kOne, PartOf(sequence, 0, bytes), now, true));
+    EXPECT_GT(store.awaited(), 1);
+    EXPECT_LT(store.awaited(), 4);
+    store.Clear();
+  }
+}
+
 TEST(FragmentStoreTest, BeginsNoMessageThatItCouldNeverHold) {
   FragmentStore store;
   const std::uint8_t byte = 1;

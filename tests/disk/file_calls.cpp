@@ -149,6 +149,10 @@ ssize_t writev(int file, const iovec* parts, int count) {
 
 ssize_t pwrite(int file, const void* bytes, size_t size, off_t offset) {
   static auto* const kOwn = AXLECAST_OWN(pwrite);
+  if (const auto planted = FileCalls::TakePlantedWrite()) {
+    if (*planted <= 0) return *planted;
+    size = std::min(size, static_cast<size_t>(*planted));
+  }
   return Recorded(
       [&] { return kOwn(file, bytes, size, offset); },
       [&](ssize_t written) { FileCalls::Wrote(file, offset, bytes, static_cast<std::size_t>(written)); });
@@ -156,6 +160,10 @@ ssize_t pwrite(int file, const void* bytes, size_t size, off_t offset) {
 
 ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t offset) {
   static auto* const kOwn = AXLECAST_OWN(pwrite64);
+  if (const auto planted = FileCalls::TakePlantedWrite()) {
+    if (*planted <= 0) return *planted;
+    size = std::min(size, static_cast<size_t>(*planted));
+  }
   return Recorded(
       [&] { return kOwn(file, bytes, size, offset); },
       [&](ssize_t written) { FileCalls::Wrote(file, offset, bytes, static_cast<std::size_t>(written)); });

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace axlecast {
@@ -50,6 +51,12 @@ class FileCalls {
   static void Linked(const std::string& from, const std::string& to);
   static void Removed(const std::string& path);
   static void Moved(const std::string& from, const std::string& to);
+
+  // A planted fault: the next pwrite of this thread writes at most `size` bytes. With 0 or -1, it returns this size and sets errno to
+  // `error`.
+  static void PlantWrite(ssize_t size, int error);
+  // Returns the planted size, once, and sets errno.
+  [[nodiscard]] static std::optional<ssize_t> TakePlantedWrite();
 
   // Returns true if the file is recorded.
   [[nodiscard]] static bool Knows(int file);

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "tests/disk/file_calls.h"
@@ -34,6 +37,7 @@ Registry& TheRegistry() {
 }
 
 thread_local int paused = 0;
+thread_local std::optional<std::pair<ssize_t, int>> planted_write;  // size, errno
 
 std::string Absolute(const std::string& path) {
   if (path.starts_with('/')) return std::filesystem::path(path).lexically_normal().string();
@@ -62,6 +66,15 @@ void FileCalls::Unwatch(RecordedDisk& disk) {
 }
 
 bool FileCalls::Records() { return paused == 0 && TheRegistry().watched > 0; }
+
+void FileCalls::PlantWrite(ssize_t size, int error) { planted_write.emplace(size, error); }
+
+std::optional<ssize_t> FileCalls::TakePlantedWrite() {
+  const auto planted = std::exchange(planted_write, std::nullopt);
+  if (!planted) return std::nullopt;
+  errno = planted->second;
+  return planted->first;
+}
 
 bool FileCalls::Knows(int file) { return TheRegistry().files.contains(file); }
 

@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -94,7 +93,8 @@ void RecordedDisk::Load(const std::string& folder, int node) {
     base_[node].entries[name] = number;
     if (!loaded.is_folder) {
       std::ifstream file(entry.path(), std::ios::binary);
-      loaded.bytes.assign(std::istreambuf_iterator<char>(file), {});
+      loaded.bytes.resize(static_cast<std::size_t>(status.st_size));
+      file.read(loaded.bytes.data(), status.st_size);
     }
     loaded.entries = std::move(base_[number].entries);
     base_[number] = std::move(loaded);

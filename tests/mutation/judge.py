@@ -1,6 +1,7 @@
 """Runs the tests against each mutant: which cases reach it, and whether one of them fails."""
 
 import concurrent.futures
+import math
 import os
 import pathlib
 import resource
@@ -18,23 +19,27 @@ SLOW = {
 PROCESSES = 2
 SANITIZER = "detect_leaks=0:hard_rss_limit_mb=2000:allocator_may_return_null=1"
 FILE = 1 << 28
+WAITING = 30  # s
 
 
-def limited():
+def limited(seconds):
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE, resource.RLIM_INFINITY))  # the tests have limits of their own
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def run(program, arguments, seconds, **variables):
-    """The exit status, None after the time limit, and the output."""
+    """The exit status, None after the time limit, and the output. `seconds`: of the processor. A host that is busy with other work
+    kills no mutant; a mutant that waits for ever is killed after much longer."""
+    seconds = math.ceil(seconds)
     with tempfile.TemporaryDirectory() as folder:
         os.chmod(folder, 0o755)  # a test becomes another user
         environment = {**os.environ, **variables, "ASAN_OPTIONS": SANITIZER, "TEST_TMPDIR": folder + "/", "TMPDIR": folder}
         with tempfile.TemporaryFile() as output:
             process = subprocess.Popen([*program, *arguments], env=environment, cwd=folder, stdin=subprocess.DEVNULL, stdout=output,
-                                       stderr=subprocess.STDOUT, preexec_fn=limited, start_new_session=True)
+                                       stderr=subprocess.STDOUT, preexec_fn=lambda: limited(seconds), start_new_session=True)
             try:
-                status = process.wait(seconds)
+                status = process.wait(WAITING + 20 * seconds)
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, 9)
                 process.wait()

@@ -670,5 +670,23 @@ TEST_F(AxisTest, AJumpOfATableWithoutTurnsLosesTheTurnsOnly) {
   EXPECT_FALSE(axis_->reference().lost());
 }
 
+// ---- exact values ----
+
+TEST(Scale, AModuloOfOneCountAndOneOf2To52AreExact) {
+  EXPECT_EQ(Make(0.3, 1, 1, 0.3 / kTurn).Value(3), 0) << "floating point would give the whole modulo";
+  EXPECT_EQ(Make(0.3, 1, 1, 0.3 * static_cast<double>(INT64_C(1) << 35)).Value(3 * (INT64_C(1) << 52)), 0);
+}
+
+TEST(Scale, AGearThatIsTooLargeForAnExactModuloStillWraps) {
+  constexpr double kModulo = static_cast<double>(INT64_C(1) << 35);
+  const Scale scale = Make(1, 1 << 20, 1, kModulo);
+  EXPECT_NEAR(scale.Value(kTurn * (INT64_C(1) << 14)), kModulo / 2, 1e-3);
+  EXPECT_NEAR(scale.Value(kTurn * (INT64_C(1) << 14) * 3), kModulo / 2, 1e-3);
+}
+
+TEST(Scale, AValueIsBelowItsModuloAlsoWhereARoundingWouldReachIt) {
+  EXPECT_EQ(Make(1, 1, 1, std::numbers::pi * 1e12).Value(-1), 0);
+}
+
 }  // namespace
 }  // namespace axlecast

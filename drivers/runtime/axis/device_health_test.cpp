@@ -380,5 +380,156 @@ TEST_F(DeviceHealthTest, TenStrayBytesOfASecondAreABurst) {
   }
 }
 
+// ---- silence at its limits ----
+
+TEST_F(DeviceHealthTest, TenFailuresAndThreeFailuresNeedTheirTime) {
+  for (const bool long_enough : {false, true}) {
+    DeviceHealth ten(kMillisecond);
+    ten.OnGood(kSecond);
+    for (int i = 0; i < 9; ++i) ten.OnFailure(ErrorKind::kTimeout, kSecond + 200 * kMillisecond);
+    EXPECT_EQ(ten.state(), kOnline) << "nine failures";
+    DeviceHealth early(kMillisecond);
+    early.OnGood(kSecond);
+    const MonoNs lasted = 100 * kMillisecond - (long_enough ? 0 : 1);
+    for (int i = 0; i < 10; ++i) early.OnFailure(ErrorKind::kTimeout, kSecond + lasted);
+    EXPECT_EQ(early.state(), long_enough ? kOffline : kOnline);
+    DeviceHealth slow(kMillisecond);
+    slow.OnGood(kSecond);
+    const MonoNs later = kSecond - (long_enough ? 0 : 1);
+    for (int i = 0; i < 3; ++i) slow.OnFailure(ErrorKind::kTimeout, kSecond + later);
+    EXPECT_EQ(slow.state(), long_enough ? kOffline : kOnline);
+  }
+}
+
+TEST_F(DeviceHealthTest, ADeviceThatWasNeverReachedHasItsTimeFromTheFirstFailure) {
+  DeviceHealth health(kMillisecond);
+  for (int i = 0; i < 5; ++i) health.OnFailure(ErrorKind::kTimeout, t_);
+  EXPECT_EQ(health.state(), kStarting);
+  health.OnFailure(ErrorKind::kTimeout, t_ + 2 * kSecond - 1);
+  EXPECT_EQ(health.state(), kStarting);
+  health.OnFailure(ErrorKind::kTimeout, t_ + 2 * kSecond);
+  EXPECT_EQ(health.state(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, AStreamThatPausedIsBackWithItsFirstReading) {
+  health_.OnGood(t_);
+  health_.OnFailure(ErrorKind::kSilent, t_);
+  health_.Tick(t_ += 2 * kSecond);
+  ASSERT_EQ(State(), kOffline);
+  EXPECT_NE(health_.reason().find("no usable answer; the last reading failed with silent"), std::string::npos)
+      << health_.reason();
+  health_.OnGood(t_);
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, ATimeoutIsNoPauseOfAStream) {
+  health_.OnGood(t_);
+  health_.OnFailure(ErrorKind::kTimeout, t_);
+  health_.Tick(t_ + 2 * kSecond);
+  EXPECT_NE(State(), kOffline) << "one timeout";
+}
+
+TEST_F(DeviceHealthTest, ALinkThatComesUpIsNamedUntilSomethingIsRead) {
+  EXPECT_EQ(health_.reason(), "the link is up; nothing read yet");
+  DeviceHealth young(kMillisecond);
+  EXPECT_EQ(young.reason(), "nothing read yet");
+  EXPECT_EQ(young.revision(), 0);
+  young.OnFailure(ErrorKind::kTimeout, t_);
+  young.OnLink(true, "", t_);
+  EXPECT_EQ(young.reason(), "nothing read yet") << "the link was up before";
+}
+
+TEST_F(DeviceHealthTest, AfterALostLinkTheFailuresAndTheDoubtBeginAnew) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 5; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += 50 * kMillisecond);
+  ASSERT_EQ(State(), kDegraded);
+  for (int i = 0; i < 9; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ += kMillisecond);
+  health_.OnLink(false, "unplugged", t_);
+  health_.OnLink(true, "", t_);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ += kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "one doubtful reading";
+  health_.OnFailure(ErrorKind::kTimeout, t_ += 200 * kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "one failure";
+}
+
+TEST_F(DeviceHealthTest, AValidReadingEndsARowOfDoubtfulOnes) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 10; ++i) {
+    for (int j = 0; j < 2; ++j) health_.OnDoubtful(ErrorKind::kDevice, t_ += 60 * kMillisecond);
+    EXPECT_EQ(State(), kOnline);
+    health_.OnGood(t_ += kMillisecond);
+  }
+}
+
+TEST_F(DeviceHealthTest, DoubtfulRepliesBringADeviceBackFromUndecodableBytesToo) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 10; ++i) health_.OnFailure(ErrorKind::kChecksum, t_ += 20 * kMillisecond);
+  ASSERT_EQ(State(), kOffline);
+  for (int i = 0; i < 2; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += kMillisecond);
+  EXPECT_EQ(State(), kOffline);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ += kMillisecond);
+  EXPECT_EQ(State(), kDegraded);
+}
+
+// ---- the figures of a second ----
+
+TEST_F(DeviceHealthTest, OnePercentIsNotMoreThanOnePercent) {
+  for (const int good : {296, 297, 298}) {
+    DeviceHealth health(kMillisecond);
+    health.Tick(kSecond);
+    health.OnGood(kSecond);
+    for (int i = 0; i < 3; ++i) health.OnFailure(ErrorKind::kChecksum, kSecond);
+    for (int i = 1; i < good; ++i) health.OnGood(kSecond);
+    health.Tick(2 * kSecond - 1);
+    EXPECT_EQ(health.state(), kOnline) << "the second is not over";
+    health.Tick(2 * kSecond);
+    EXPECT_EQ(health.state(), good < 297 ? kDegraded : kOnline) << good;
+  }
+}
+
+TEST_F(DeviceHealthTest, TheMostFrequentKindOfFailureIsNamed) {
+  health_.OnGood(t_);
+  health_.Tick(t_);
+  for (int i = 0; i < 3; ++i) health_.OnFailure(ErrorKind::kChecksum, t_);
+  for (int i = 0; i < 4; ++i) health_.OnFailure(ErrorKind::kShort, t_);
+  for (int i = 0; i < 9; ++i) health_.OnFailure(ErrorKind::kUnexpectedBytes, t_);
+  for (int i = 0; i < 2; ++i) health_.OnGood(t_);
+  health_.Tick(t_ + kSecond);
+  EXPECT_EQ(health_.reason(), "70.0 % of the readings fail, most with short");
+}
+
+TEST_F(DeviceHealthTest, TenImplausibleReadingsOfASecondAreABurst) {
+  for (const int implausible : {9, 10}) {
+    DeviceHealth health(kMillisecond);
+    health.Tick(kSecond);
+    for (int i = 0; i < implausible; ++i) health.OnDoubtful(ErrorKind::kImplausible, kSecond);
+    health.Tick(2 * kSecond);
+    EXPECT_EQ(health.implausible_burst(), implausible == 10);
+    health.Tick(3 * kSecond);
+    EXPECT_FALSE(health.implausible_burst());
+  }
+}
+
+TEST_F(DeviceHealthTest, ReadingsAreCounted) {
+  EXPECT_EQ(health_.last_good(), kNever);
+  health_.OnGood(t_);
+  health_.OnGood(t_ + 5);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ + 6);
+  EXPECT_EQ(health_.good(), 2);
+  EXPECT_EQ(health_.last_good(), t_ + 5);
+  EXPECT_EQ(health_.errors(ErrorKind::kDevice), 1);
+}
+
+TEST_F(DeviceHealthTest, WhatCountsMoreIsTheReason) {
+  health_.OnGood(t_);
+  health_.SetAlarm("battery_error");
+  for (int i = 0; i < 3; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += 60 * kMillisecond);
+  EXPECT_NE(health_.reason().find("no position is valid"), std::string::npos);
+  health_.OnGood(t_);
+  EXPECT_EQ(health_.reason(), "alarm battery_error");
+  health_.Tick(t_ + 3 * kSecond);
+  EXPECT_NE(health_.reason().find("not polled"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -539,5 +539,208 @@ TEST_F(ChannelTest, APositionHasTheStatusOfTheDeviceAndTheEpochOfItsDatum) {
   EXPECT_EQ(Positions().back().counts, 500);
 }
 
+// ---- gaps, ticks and turns ----
+
+TEST_F(ChannelTest, NothingIsMissedBeforeTheFirstGoodReading) {
+  Make();
+  Fail(3);
+  channel_->OnLink(false, "unplugged", t_);
+  channel_->OnLink(true, "", t_);
+  Read(0, 2);
+  ASSERT_EQ(Positions().size(), 1U);
+  EXPECT_EQ(Positions()[0].flags & position_t::FLAG_AFTER_GAP, 0);
+  EXPECT_EQ(Positions()[0].missed, 4);
+}
+
+TEST_F(ChannelTest, APositionHasTheTickOfItsReadingOnly) {
+  Make();
+  channel_->OnTick(7);
+  Read(0);
+  channel_->OnTick(8);
+  Read(0);
+  Read(0);
+  channel_->OnTick(10);
+  Fail(1);
+  Read(0);
+  ASSERT_EQ(Positions().size(), 3U);
+  EXPECT_EQ(Positions()[0].tick, 8);
+  EXPECT_EQ(Positions()[1].tick, kNoTick);
+  EXPECT_EQ(Positions()[2].tick, kNoTick) << "the reading of tick 10 failed";
+}
+
+TEST_F(ChannelTest, TheRawTurnsAreThoseThatWereReadLast) {
+  Make();
+  Read(3 * kTurn + 5, 2);
+  Sample single = ReadingAt(t_, 3 * kTurn + 5);
+  single.has_turns = false;
+  single.turns = 0;
+  Read(single);
+  EXPECT_EQ(Positions().back().raw_turns, 3);
+  EXPECT_EQ(Positions().back().raw_counts, 5);
+}
+
+TEST_F(ChannelTest, APositionOfVeryUncertainTimeStatesTheLargestUncertainty) {
+  Make();
+  Read(0, 2);
+  Read(ReadingAt(t_, 0, 10 * kSecond));
+  EXPECT_EQ(Positions().back().time_uncertainty_ns, INT32_MAX);
+}
+
+TEST_F(ChannelTest, DoubtfulReadingsOfOneRowAreCountedInTheNextMessage) {
+  Make();
+  Read(0, 10);
+  sink_.Clear();
+  for (int i = 0; i < 2; ++i) Read(kTurn / 2 + i);
+  Read(0);
+  const auto positions = Positions();
+  ASSERT_EQ(positions.size(), 2U);
+  EXPECT_EQ(positions[0].missed, 0);
+  EXPECT_EQ(positions[1].missed, 1);
+}
+
+// ---- times of alarms and messages ----
+
+TEST_F(ChannelTest, AJumpIsShownForAMinute) {
+  Make();
+  Read(0, 100);
+  for (int i = 0; i < 3; ++i) Read(900 * kTurn);
+  const MonoNs jumped = t_ - kMillisecond + kMicrosecond;  // the end of the interval of the reading
+  const auto shown = [&](MonoNs later) {
+    channel_->Tick(jumped + later);
+    channel_->Tick(jumped + later + 20 * kMillisecond);
+    return Alarm("position_jumped").has_value();
+  };
+  EXPECT_TRUE(shown(60 * kSecond - 21 * kMillisecond));
+  EXPECT_FALSE(shown(60 * kSecond));
+}
+
+TEST_F(ChannelTest, AStepOfTheClockIsShownForAMinute) {
+  Make();
+  Read(0, 2);
+  channel_->Tick(t_);
+  channel_->OnClockStepped();
+  const MonoNs stepped = t_;
+  channel_->Tick(stepped + 60 * kSecond - 1);
+  EXPECT_TRUE(Alarm("clock_stepped").has_value());
+  channel_->Tick(stepped + 60 * kSecond + 20 * kMillisecond);
+  EXPECT_FALSE(Alarm("clock_stepped").has_value());
+}
+
+TEST_F(ChannelTest, UnexpectedBytesAreAnAlarmAndNoMissedReading) {
+  Make();
+  Read(0, 200);
+  for (int i = 0; i < 30; ++i) channel_->OnError(ErrorKind::kUnexpectedBytes, {t_, t_});
+  Read(0, 2'100);
+  EXPECT_EQ(Positions().back().missed, 0);
+  const auto alarms = Alarms();
+  EXPECT_TRUE(std::any_of(alarms.begin(), alarms.end(), [](const alarm_t& alarm) {
+    return std::any_of(alarm.entries.begin(), alarm.entries.end(),
+                       [](const alarm_entry_t& entry) { return entry.name == "unexpected_bytes"; });
+  }));
+}
+
+TEST_F(ChannelTest, MessagesAfterChangesAre20MillisecondsApart) {
+  Make();
+  Read(0, 2'000);
+  sink_.Clear();
+  t_ += 100 * kMillisecond;
+  channel_->OnIdentity(1, "A", "");
+  channel_->Tick(t_);
+  EXPECT_EQ(Infos().size(), 1U);
+  channel_->OnIdentity(2, "A", "");
+  channel_->Tick(t_ + 20 * kMillisecond - 1);
+  EXPECT_EQ(Infos().size(), 1U);
+  channel_->Tick(t_ + 20 * kMillisecond);
+  EXPECT_EQ(Infos().size(), 2U);
+}
+
+TEST_F(ChannelTest, DeviceAndAlarmHaveTheTimeAndTheBootOfTheDriver) {
+  Make();
+  Read(0, 100);
+  channel_->Tick(t_);
+  EXPECT_EQ(Infos().back().boot_id, kBoot);
+  EXPECT_EQ(Alarms().back().boot_id, kBoot);
+  t_ += 2 * kSecond;
+  channel_->Tick(t_);
+  EXPECT_EQ(Alarms().back().mono_ns, t_);
+  EXPECT_EQ(Alarms().back().utime, UtcNow());
+  EXPECT_EQ(Infos().back().mono_ns, t_);
+}
+
+TEST_F(ChannelTest, ANewDatumIsReportedAtOnce) {
+  Make();
+  Read(0, 500);
+  const std::size_t before = Infos().size();
+  channel_->SetDatum(5, UtcNow());
+  Read(0, 2);
+  ASSERT_EQ(Infos().size(), before + 1);
+  EXPECT_EQ(Infos().back().datum_counts, 5);
+}
+
+// ---- a monitor, and the summary ----
+
+TEST_F(ChannelTest, AMonitorIsOnlineWithItsReadings) {
+  Make();
+  MotorReading reading;
+  reading.status_at = {t_, t_ + kMillisecond};
+  channel_->OnMotor(reading);
+  EXPECT_EQ(channel_->summary().state, device_info_t::STATE_ONLINE);
+  EXPECT_EQ(channel_->good(), 1);
+  EXPECT_EQ(sink_.All<motor_health_t>("MOTOR/axis1").size(), 1U);
+  TripRecord trip;
+  trip.at = {t_, t_};
+  channel_->OnTrip(trip);
+  MotorLimits limits;
+  limits.at = {t_, t_};
+  channel_->OnMotorLimits(limits);
+  EXPECT_EQ(sink_.All<trip_log_t>("TRIP/axis1").size(), 1U);
+  EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 1U);
+  channel_->Tick(t_ + 61 * kSecond);
+  EXPECT_EQ(sink_.All<trip_log_t>("TRIP/axis1").size(), 2U);
+  EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 2U);
+}
+
+TEST_F(ChannelSummaryTest, TheDatumOfTheFileIsNamedBesideTheOneInUse) {
+  device_.config.datum_counts = 70;
+  Make();
+  EXPECT_EQ(channel_->summary().file_datum, (Reference::Datum{70, 0}));
+  EXPECT_EQ(channel_->summary().datum, (Reference::Datum{70, 0}));
+  channel_->SetDatum(5, UtcNow());
+  EXPECT_EQ(channel_->summary().file_datum, (Reference::Datum{70, 0}));
+  EXPECT_EQ(channel_->summary().datum->counts, 5);
+}
+
+TEST_F(ChannelTest, ADegradedDeviceHasADatumForAValueAndAStartingOneHasNot) {
+  Make();
+  Read(1'000, 10);
+  channel_->OnAlarm(kBattery, AlarmState::kLive, t_);
+  Read(1'000);
+  ASSERT_EQ(channel_->summary().state, device_info_t::STATE_DEGRADED);
+  EXPECT_TRUE(channel_->DatumFor(0));
+  channel_->OnStarting("power-on standby");
+  ASSERT_EQ(channel_->summary().state, device_info_t::STATE_STARTING);
+  EXPECT_FALSE(channel_->DatumFor(0));
+}
+
+class FixedClaims final : public BaseClaims {
+ public:
+  [[nodiscard]] std::optional<BaseClaim> At(MonoNs mono) const override {
+    return is_known ? std::optional(BaseClaim{9, mono, 0}) : std::nullopt;
+  }
+  bool is_known = true;
+};
+
+TEST_F(ChannelTest, TheBaseOfTheTicksIsTheOneOfThePresent) {
+  FixedClaims claims;
+  time_.Update(t_, UtcNow());
+  channel_.emplace(device_.bus, device_.config,
+                   DevicePublisherContext{{.boot_id = kBoot}, &time_, &sink_, {}, false, &claims});
+  channel_->Tick(t_);
+  EXPECT_EQ(Infos().back().tick_base_id, 9);
+  claims.is_known = false;
+  channel_->Tick(t_ += kSecond);
+  EXPECT_EQ(Infos().back().tick_base_id, 0);
+}
+
 }  // namespace
 }  // namespace axlecast

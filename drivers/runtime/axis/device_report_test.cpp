@@ -122,5 +122,63 @@ TEST_F(DeviceReportTest, HasTheCountsOfItsErrorsAndTheDatum) {
   EXPECT_EQ(info.reference_lost, 1);
 }
 
+bool PermitsBump(const BusConfig& /*bus*/, const DeviceConfig& /*device*/, std::string_view operation) {
+  return operation == "bump";
+}
+
+TEST_F(DeviceReportTest, ListsTheOperationsThatTheConfigurationPermits) {
+  static const std::vector<OperationSpec> kOperations = {{.name = "bump", .help = ""},
+                                                         {.name = "write", .help = ""},
+                                                         {.name = "secret", .help = "", .internal = true}};
+  Family family;
+  family.name = "counting";
+  family.operations = kOperations;
+  family.has_position = false;
+  device_.bus.family = &family;
+  const std::vector<std::string> of_alarms = {"acknowledge_alarm", "shelve_alarm", "unshelve_alarm"};
+  std::vector<std::string> all = {"bump", "write"};
+  all.insert(all.end(), of_alarms.begin(), of_alarms.end());
+  EXPECT_EQ(Written().family, "counting");
+  EXPECT_EQ(Written().operations, all);
+  EXPECT_EQ(Written().n_operations, 5);
+  family.permits = &PermitsBump;
+  all.erase(all.begin() + 1);
+  EXPECT_EQ(Written().operations, all);
+}
+
+TEST_F(DeviceReportTest, ADeviceThatIsReadOnTicksStatesThem) {
+  const Family family;
+  device_.bus.family = &family;
+  device_.bus.phase = 77;
+  device_.bus.poll_hz = 250;
+  device_.settings->latch_after = 33;
+  device_.bus.devices = {device_.config};
+  const device_info_t info = Written();
+  EXPECT_EQ(info.tick_period_ns, 4 * kMillisecond);
+  EXPECT_EQ(info.tick_phase_ns, 77);
+  EXPECT_EQ(info.tick_lead_ns, 33);
+  EXPECT_EQ(info.max_age_us, 30'000);
+}
+
+TEST_F(DeviceReportTest, ASlowRateIsStatedAsFarAsItFits) {
+  device_.bus.poll_hz = 1;
+  device_.config.publish_hz = 0.0001;
+  const device_info_t info = Written();
+  EXPECT_EQ(info.poll_us, 1'000'000);
+  EXPECT_EQ(info.publish_us, INT32_MAX);
+  EXPECT_EQ(info.max_age_us, INT32_MAX);
+  device_.config.publish_hz = 0;
+  EXPECT_EQ(Written().publish_us, 0);
+  EXPECT_EQ(Written().max_age_us, 3'000'000);
+}
+
+TEST_F(DeviceReportTest, TheReasonIsThePresentOne) {
+  DeviceReport report(device_.bus, device_.config, {.boot_id = 5});
+  EXPECT_EQ(report.Write(health_, Reference(device_.config), time_, kNow).reason, "nothing read yet");
+  health_.OnRefused("wrong model", kNow);
+  EXPECT_EQ(report.Write(health_, Reference(device_.config), time_, kNow).reason, "wrong model");
+  EXPECT_EQ(report.Write(health_, Reference(device_.config), time_, kNow).state, device_info_t::STATE_OFFLINE);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -392,6 +393,299 @@ TEST_F(StandstillTest, TellsTheSpeed) {
   Rest(200 * kMillisecond, kMillisecond);
   EXPECT_EQ(Now().speed_rpm, 0);
   EXPECT_TRUE(Now().standstill);
+}
+
+// ---- limits of the configuration and of the model ----
+
+TEST(MotionLimits, AZeroIsNoLimitAndOneIsALimit) {
+  const MotionLimits none(kTurn, 0, 0, kNoise);
+  EXPECT_TRUE(none.SpeedAllows(At(0, 0), At(1, INT64_C(1) << 50)));
+  EXPECT_TRUE(none.AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, INT64_C(1) << 50)));
+  const MotionLimits slow(kTurn, 1, 0, kNoise);  // a turn in 60 s
+  EXPECT_TRUE(slow.SpeedAllows(At(0, 0), At(60 * kSecond, kTurn)));
+  EXPECT_FALSE(slow.SpeedAllows(At(0, 0), At(60 * kSecond, kTurn + kNoise + 2)));
+  const MotionLimits heavy(kTurn, 0, 1, kNoise);  // within 1 s it reaches 1 rad/s
+  EXPECT_TRUE(heavy.AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, kTurn / 7)));
+  EXPECT_FALSE(heavy.AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, kTurn / 6)));
+}
+
+TEST(MotionLimits, TheConfigurationPrecedesTheModel) {
+  const auto settings = std::make_shared<DeviceSettings>();
+  settings->counts_per_turn = kTurn;
+  settings->max_speed_rpm = 6'000;
+  settings->max_accel_rad_s2 = 80'000;
+  DeviceConfig device;
+  device.settings = settings;
+  const auto is_allowed = [&](std::int64_t counts) {
+    return MotionLimits(device).SpeedAllows(At(0, 0), At(60 * kSecond, counts));
+  };
+  const auto is_reached = [&](std::int64_t counts) {
+    return MotionLimits(device).AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, counts));
+  };
+  EXPECT_TRUE(is_allowed(6'000 * kTurn));
+  EXPECT_FALSE(is_allowed(6'001 * kTurn));
+  EXPECT_TRUE(is_reached(10'000 * kTurn));
+  device.speed_rpm = 1;
+  device.accel_rad_s2 = 1;
+  EXPECT_TRUE(is_allowed(kTurn));
+  EXPECT_FALSE(is_allowed(kTurn + kTurn / 10));
+  EXPECT_TRUE(is_reached(kTurn / 7));
+  EXPECT_FALSE(is_reached(kTurn / 6));
+}
+
+TEST(MotionLimits, TwoReadingsOfReducedAccuracyMayBeOffByOnePartIn16) {
+  UnwrappedSample low = At(kSecond, 0);
+  low.low_accuracy = true;
+  UnwrappedSample next = At(kSecond + 51 * kMicrosecond, kTurn / 16);
+  next.low_accuracy = true;
+  EXPECT_TRUE(Limits().SpeedAllows(low, next));
+  next.counts = kTurn / 16 + 700;  // 51 us at full speed are 668 counts
+  EXPECT_FALSE(Limits().SpeedAllows(low, next));
+}
+
+TEST(MotionLimits, IntervalsThatTouchMayBeOneInstant) {
+  const MotionLimits limits(kTurn, 6'000, 1'000, kNoise);
+  const UnwrappedSample a = At(kSecond, 0, kMillisecond);
+  const UnwrappedSample b = At(kSecond + 3 * kMillisecond, 13'000, kMillisecond);
+  const UnwrappedSample c = At(b.at.last + 10 * kMillisecond, 0);
+  EXPECT_FALSE(limits.AccelerationAllows(a, b, c));
+  EXPECT_TRUE(limits.AccelerationAllows(a, {b.counts, {a.at.last, b.at.last}}, c));
+  EXPECT_FALSE(limits.AccelerationAllows(a, {b.counts, {a.at.last + 1, b.at.last}}, c));
+  EXPECT_TRUE(limits.AccelerationAllows(a, b, {0, {b.at.last, c.at.last}}));
+  EXPECT_FALSE(limits.AccelerationAllows(a, b, {0, {b.at.last + 1, c.at.last}}));
+}
+
+// ---- the speed ----
+
+class SpeedTest : public testing::Test {
+ protected:
+  // Readings `period` apart of a shaft that moves `step` counts per ms.
+  void Turn(MonoNs duration, MonoNs period, std::int64_t step, MonoNs half_width = 0) {
+    for (const MonoNs end = t_ + duration; t_ < end;) {
+      t_ += period;
+      counts_ += step * period / kMillisecond;
+      speed_.Add(At(t_, counts_, half_width));
+    }
+  }
+
+  Speed speed_;
+  MonoNs t_ = kSecond;
+  std::int64_t counts_ = 0;
+};
+
+TEST_F(SpeedTest, NeedsTwoReadingsThatAreAMillisecondApart) {
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Add(At(kSecond, 0));
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Add(At(kSecond + kMillisecond - 1, 100));
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Add(At(kSecond + kMillisecond, 100));
+  EXPECT_FALSE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Forget();
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Add(At(2 * kSecond, 0));
+  speed_.Add(At(2 * kSecond + kMillisecond, -70));
+  EXPECT_DOUBLE_EQ(speed_.CountsPerSecond(), -70'000);
+}
+
+TEST_F(SpeedTest, TheTimestampsMayBeUncertainByAQuarterOfTheTime) {
+  speed_.Add(At(kSecond, 0, kMillisecond));
+  speed_.Add(At(kSecond + 8 * kMillisecond, 800, kMillisecond));
+  EXPECT_DOUBLE_EQ(speed_.CountsPerSecond(), 100'000);
+  speed_.Forget();
+  speed_.Add(At(kSecond, 0, kMillisecond));
+  speed_.Add(At(kSecond + 8 * kMillisecond - 1, 800, kMillisecond));
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+}
+
+// A shaft that begins to turn: what is older than the stated time does not count any more.
+TEST_F(SpeedTest, ItIsOfTheLast8MillisecondsIfReadingsComeFast) {
+  Turn(100 * kMillisecond, 100 * kMicrosecond, 0);
+  Turn(9 * kMillisecond, 100 * kMicrosecond, 100);
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
+  Turn(5 * kMillisecond, 100 * kMicrosecond, 0);
+  EXPECT_LT(speed_.CountsPerSecond(), 90'000);
+  EXPECT_GT(speed_.CountsPerSecond(), 1'000) << "it covers more than 5 ms";
+}
+
+TEST_F(SpeedTest, ItIsOfTheLast20MillisecondsIfReadingsComeSlowly) {
+  Turn(100 * kMillisecond, 4 * kMillisecond, 0);
+  Turn(20 * kMillisecond, 4 * kMillisecond, 100);
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
+  Turn(16 * kMillisecond, 4 * kMillisecond, 0);
+  EXPECT_GT(speed_.CountsPerSecond(), 1'000) << "it covers more than 16 ms";
+  Turn(4 * kMillisecond, 4 * kMillisecond, 0);
+  EXPECT_NEAR(speed_.CountsPerSecond(), 0, 1e-6);
+}
+
+TEST_F(SpeedTest, ItIsOfUpToHalfASecondIfTheTimestampsAreUncertain) {
+  constexpr MonoNs kUncertain = 62'500 * kMicrosecond;
+  speed_.Add(At(kSecond, 0, kUncertain));
+  speed_.Add(At(kSecond + 500 * kMillisecond, 5'000, kUncertain));
+  EXPECT_DOUBLE_EQ(speed_.CountsPerSecond(), 10'000);
+  speed_.Forget();
+  speed_.Add(At(kSecond, 0, kUncertain));
+  speed_.Add(At(kSecond + 500 * kMillisecond + 1, 5'000, kUncertain));
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond())) << "the first one is too old";
+}
+
+// Least squares of four readings: t = 0, 1, 2, 3 ms and x = 0, 3, 3, 6.
+TEST_F(SpeedTest, ItIsTheSlopeOfTheLineThatFitsBest) {
+  const std::int64_t counts[] = {0, 3, 3, 6};
+  for (const std::int64_t x : counts) {
+    speed_.Add(At(t_, x));
+    t_ += kMillisecond;
+  }
+  EXPECT_NEAR(speed_.CountsPerSecond(), 1'800, 1e-9);
+}
+
+TEST_F(SpeedTest, TheLastReadingCountsEvenIfItIsCloseToTheOneBefore) {
+  speed_.Add(At(kSecond, 0));
+  speed_.Add(At(kSecond + 700 * kMicrosecond, 70));
+  EXPECT_TRUE(std::isnan(speed_.CountsPerSecond()));
+  speed_.Add(At(kSecond + 1'100 * kMicrosecond, 110));
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
+  speed_.Add(At(kSecond + 1'150 * kMicrosecond, 215));
+  EXPECT_GT(speed_.CountsPerSecond(), 120'000);
+}
+
+// ---- the begin and the end of a standstill ----
+
+TEST_F(StandstillTest, AReadingOf120MillisecondsIsTheOldestThatCounts) {
+  Rest(100 * kMillisecond, kMillisecond);
+  const MonoNs last = t_ - kMillisecond;
+  EXPECT_TRUE(judge_.At(last + Standstill::kOldest).standstill);
+  const Motion old = judge_.At(last + Standstill::kOldest + 1);
+  EXPECT_FALSE(old.standstill);
+  EXPECT_FALSE(old.known);
+  EXPECT_EQ(old.counts, counts_) << "the last position remains";
+  EXPECT_EQ(old.at, last);
+}
+
+TEST_F(StandstillTest, AGapOf120MillisecondsContinuesAStandstillAndALongerOneEndsIt) {
+  for (const bool longer : {false, true}) {
+    judge_.Forget();
+    Rest(41 * kMillisecond, kMillisecond);
+    t_ += Standstill::kOldest - kMillisecond + (longer ? 1 : 0);
+    judge_.Add(At(t_, counts_), true);
+    EXPECT_EQ(Now().standstill, !longer);
+    EXPECT_EQ(Now().known, !longer);
+  }
+}
+
+TEST_F(StandstillTest, TheReadingsMustCover40Milliseconds) {
+  judge_.Add(At(t_, 7), true);
+  judge_.Add(At(t_ + 40 * kMillisecond - 1, 7), true);
+  EXPECT_FALSE(Now().standstill);
+  judge_.Add(At(t_ + 40 * kMillisecond, 7), true);
+  EXPECT_TRUE(Now().standstill);
+}
+
+TEST_F(StandstillTest, ACoarseEncoderMayFlickerByTwoCounts) {
+  for (const std::int64_t spread : {2, 3}) {
+    Standstill coarse(1'024, 0);
+    for (int ms = 0; ms <= 60; ++ms) coarse.Add(At(ms * kMillisecond, ms % 2 == 0 ? 0 : spread), true);
+    EXPECT_EQ(coarse.At(60 * kMillisecond).standstill, spread == 2) << spread;
+  }
+}
+
+TEST_F(StandstillTest, ANoisyEncoderMayFlickerByTwiceItsNoise) {
+  for (const std::int64_t spread : {2 * 50 + 2, 2 * 50 + 3}) {
+    Standstill noisy(1'024, 50);
+    for (int ms = 0; ms <= 60; ++ms) noisy.Add(At(ms * kMillisecond, ms % 2 == 0 ? 0 : spread), true);
+    EXPECT_EQ(noisy.At(60 * kMillisecond).standstill, spread == 2 * 50 + 2) << spread;
+  }
+}
+
+TEST_F(StandstillTest, AMotionIsKnownAfter40MillisecondsOfReadings) {
+  judge_.Add(At(t_, 0), true);
+  judge_.Add(At(t_ + 40 * kMillisecond - 1, 10'000), true);
+  EXPECT_FALSE(judge_.At(t_ + 40 * kMillisecond).known);
+  judge_.Add(At(t_ + 40 * kMillisecond, 10'000), true);
+  EXPECT_TRUE(judge_.At(t_ + 40 * kMillisecond).known);
+  EXPECT_FALSE(judge_.At(t_ + 40 * kMillisecond).standstill);
+}
+
+TEST_F(StandstillTest, AShaftThatStopsIsAtRestAfter40Milliseconds) {
+  for (int i = 0; i < 100; ++i, t_ += kMillisecond) judge_.Add(At(t_, i * 1'000), true);
+  counts_ = 99'000;
+  Rest(39 * kMillisecond, kMillisecond);
+  EXPECT_FALSE(Now().standstill);
+  EXPECT_TRUE(Now().known);
+  Rest(2 * kMillisecond, kMillisecond);
+  EXPECT_TRUE(Now().standstill);
+}
+
+// The speed is the largest over 5 ms or more, in the present 40 ms and those before.
+TEST_F(StandstillTest, TheLargestSpeedRemainsForTwiceTheTime) {
+  Standstill judge(60'000, 0);  // 1 count per ms is 1 min-1
+  MonoNs t = 0;
+  std::int64_t counts = 0;
+  const auto turn = [&](int milliseconds, std::int64_t step) {
+    for (int ms = 0; ms < milliseconds; ++ms) {
+      judge.Add(At(t, counts), true);
+      t += kMillisecond;
+      counts += step;
+    }
+    return judge.At(t).speed_rpm;
+  };
+  EXPECT_DOUBLE_EQ(turn(5, 100), 0) << "less than 5 ms";
+  EXPECT_DOUBLE_EQ(turn(5, 100), 100);
+  EXPECT_DOUBLE_EQ(turn(11, -300), 300);
+  EXPECT_DOUBLE_EQ(turn(20, 0), 300) << "of the 40 ms before";
+  EXPECT_DOUBLE_EQ(turn(39, 0), 300);
+  EXPECT_DOUBLE_EQ(turn(1, 0), 0);
+}
+
+// ---- more about plausibility ----
+
+TEST(Plausibility, OnlyTheReadingBeforeTheLastRepairsIt) {
+  Plausibility judge(Limits());
+  judge.Accept(At(kSecond, 0), false);
+  judge.Accept(At(kSecond + 20 * kMillisecond, 60'000), false);  // how far it went in between is not known
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(judge.TakeDoubtful(At(kSecond + (21 + i) * kMillisecond, 0)), Plausibility::Doubt::kImplausible);
+  }
+  EXPECT_EQ(judge.TakeDoubtful(At(kSecond + 23 * kMillisecond, 0)), Plausibility::Doubt::kAcceptedAfterJump);
+}
+
+TEST(Plausibility, AReadingOfUnknownDistanceBeginsAnew) {
+  Plausibility judge(Limits());
+  Start(judge, At(kSecond, 0));
+  for (int i = 1; i <= 10; ++i) judge.Accept(At(kSecond + i * kMillisecond, i * 10'000), true);
+  judge.Accept(At(kSecond + 30 * kMillisecond, 0), false);
+  EXPECT_TRUE(judge.Agrees(At(kSecond + 31 * kMillisecond, 0))) << "the speed of before does not count";
+  judge.Accept(At(kSecond + 31 * kMillisecond, 0), true);
+  EXPECT_TRUE(judge.Agrees(At(kSecond + 32 * kMillisecond, 0)));
+}
+
+TEST(Plausibility, ACountingFromAnotherTurnMovesAllThatIsCompared) {
+  Plausibility judge(Limits());
+  Start(judge, At(kSecond, 0));
+  const MonoNs t = kSecond + kMillisecond;
+  EXPECT_EQ(judge.TakeDoubtful(At(t, 60'000)), Plausibility::Doubt::kImplausible);
+  EXPECT_EQ(judge.TakeDoubtful(At(t + kMillisecond, 60'000)), Plausibility::Doubt::kImplausible);
+  judge.Shift(kTurn);
+  EXPECT_EQ(judge.Last()->counts, kTurn);
+  EXPECT_TRUE(judge.Agrees(At(t + 2 * kMillisecond, kTurn)));
+  EXPECT_EQ(judge.TakeDoubtful(At(t + 2 * kMillisecond, kTurn + 60'000)), Plausibility::Doubt::kAcceptedAfterJump);
+}
+
+TEST(Plausibility, AfterAnAnnouncedJumpTheConfirmationsBeginAnew) {
+  Plausibility judge(Limits());
+  Start(judge, At(kSecond, 0));
+  const auto doubt = [&](int ms) { return judge.TakeDoubtful(At(kSecond + ms * kMillisecond, 65'000)); };
+  EXPECT_EQ(doubt(1), Plausibility::Doubt::kImplausible);
+  EXPECT_EQ(doubt(2), Plausibility::Doubt::kImplausible);
+  judge.Hold(true);
+  judge.Hold(false);
+  EXPECT_EQ(judge.Doubted(), nullptr);
+  EXPECT_EQ(doubt(3), Plausibility::Doubt::kImplausible);
+  EXPECT_EQ(doubt(4), Plausibility::Doubt::kImplausible);
+  judge.Forget();
+  EXPECT_EQ(judge.Last(), nullptr);
+  EXPECT_EQ(judge.Doubted(), nullptr);
+  EXPECT_EQ(doubt(5), Plausibility::Doubt::kFirst);
 }
 
 }  // namespace

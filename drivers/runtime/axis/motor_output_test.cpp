@@ -197,5 +197,69 @@ TEST_F(MotorLimitsTest, EachValueCountsAsAChange) {
   EXPECT_FALSE(changed([](MotorLimits& l) { l.at.last += kSecond; }));
 }
 
+TEST_F(MotorOutputTest, WithoutARateEveryReadingIsPublished) {
+  MotorOutput all("gm4", 0, {.origin = {}, .time = &time_, .sink = &sink_, .on_outcome = {}, .redecoded = true},
+                  false);
+  for (int i = 0; i < 3; ++i) all.Take(ReadingAt(kStart + i));
+  const auto motors = sink_.All<motor_health_t>("MOTOR/gm4");
+  ASSERT_THAT(motors, SizeIs(3));
+  EXPECT_EQ(motors[0].flags, kAnalogValid | kStatusValid | kTripped | motor_health_t::FLAG_REDECODED);
+}
+
+TEST_F(MotorOutputTest, AReadingMayComeUpToATenthEarly) {
+  output_.Take(ReadingAt(kStart));
+  output_.Take(ReadingAt(kStart + 90 * kMillisecond - 1));
+  EXPECT_THAT(Motors(), SizeIs(1));
+  output_.Take(ReadingAt(kStart + 90 * kMillisecond));
+  EXPECT_THAT(Motors(), SizeIs(2));
+  EXPECT_EQ(Motors()[1].seq, 1);
+}
+
+TEST_F(MotorOutputTest, WithoutAStatusItHasTheTimeOfTheQuantities) {
+  MotorReading reading = ReadingAt(kStart);
+  reading.status_at = {};
+  reading.tripped = false;
+  output_.Take(reading);
+  ASSERT_THAT(Motors(), SizeIs(1));
+  EXPECT_EQ(Motors()[0].flags, kAnalogValid | kSimulated);
+  EXPECT_EQ(Motors()[0].status_mono_ns, 0);
+  EXPECT_EQ(Motors()[0].mono_ns, kStart + 10 * kMillisecond);
+  output_.Take(ReadingAt(kStart + 100 * kMillisecond));
+  EXPECT_THAT(Motors(), SizeIs(2));
+}
+
+TEST_F(MotorOutputTest, ATripOfUnknownTimeHasNone) {
+  TripRecord record;
+  record.at = {kStart, kStart};
+  output_.Take(record);
+  ASSERT_THAT(Trips(), SizeIs(1));
+  EXPECT_EQ(Trips()[0].not_before_utime, 0);
+  EXPECT_EQ(Trips()[0].not_after_utime, 0);
+  output_.Tick(kStart + MotorOutput::kRepeat - 1);
+  EXPECT_THAT(Trips(), SizeIs(1));
+  output_.Tick(kStart + MotorOutput::kRepeat);
+  EXPECT_THAT(Trips(), SizeIs(2));
+  output_.Tick(kStart + 2 * MotorOutput::kRepeat - 1);
+  EXPECT_THAT(Trips(), SizeIs(2)) << "a minute after the last one";
+}
+
+TEST_F(MotorOutputTest, AnOlderTripIsNotRepeated) {
+  TripRecord record;
+  record.at = {kStart, kStart};
+  record.log_index = 2;
+  output_.Take(record);
+  output_.Tick(kStart + 2 * MotorOutput::kRepeat);
+  EXPECT_THAT(Trips(), SizeIs(1));
+}
+
+TEST_F(MotorLimitsTest, OfARecordingHaveItsFlag) {
+  MotorOutput output("gm5", 10, {.origin = {}, .time = &time_, .sink = &sink_, .on_outcome = {}, .redecoded = true},
+                     false);
+  output.Take(At(kStart, 150), kStart);
+  const auto limits = sink_.All<motor_limits_t>("LIMITS/gm5");
+  ASSERT_THAT(limits, SizeIs(1));
+  EXPECT_EQ(limits[0].flags, motor_limits_t::FLAG_REDECODED);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -204,5 +204,41 @@ TEST(Block, CountsWhatWasMissedUntilItIsSent) {
   EXPECT_EQ(block.message().missed, 0);
 }
 
+TEST(PublishPace, ARowOfDoubtfulReadingsBeginsAtMostEveryTenMilliseconds) {
+  PublishPace pace(1, 0);
+  EXPECT_TRUE(pace.Doubtful(kSecond)) << "the first one of all";
+  EXPECT_TRUE(pace.Good(kSecond + 1, kGood, 0));
+  EXPECT_FALSE(pace.Doubtful(kSecond + PublishPace::kExtraPeriod - 1));
+  EXPECT_FALSE(pace.Good(kSecond + PublishPace::kExtraPeriod - 1, kGood, 0)) << "no doubtful one was published";
+  EXPECT_TRUE(pace.Doubtful(kSecond + PublishPace::kExtraPeriod));
+  EXPECT_FALSE(pace.Doubtful(kSecond + PublishPace::kExtraPeriod + PublishPace::kDoubtPeriod - 1));
+  EXPECT_TRUE(pace.Doubtful(kSecond + PublishPace::kExtraPeriod + PublishPace::kDoubtPeriod));
+}
+
+TEST(PublishPace, AChangeOfStateWaitsTenMillisecondsAfterTheLastOne) {
+  PublishPace pace(1, 0);
+  const std::int32_t warned = kGood | position_t::FLAG_DEVICE_WARNING;
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0));
+  EXPECT_TRUE(pace.Good(kSecond + 1, warned, 0));
+  EXPECT_FALSE(pace.Good(kSecond + PublishPace::kExtraPeriod, kGood, 0));
+  EXPECT_TRUE(pace.Good(kSecond + 1 + PublishPace::kExtraPeriod, kGood, 0));
+}
+
+TEST(PublishPace, AfterAPauseAMessageIsDueAPeriodAfterTheNextReading) {
+  PublishPace pace(100, 0);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0));
+  EXPECT_TRUE(pace.Good(2 * kSecond, kGood, 0));
+  EXPECT_FALSE(pace.Good(2 * kSecond + 10 * kMillisecond - 1, kGood, 0));
+  EXPECT_TRUE(pace.Good(2 * kSecond + 10 * kMillisecond, kGood, 0));
+  EXPECT_TRUE(pace.Good(2 * kSecond + 25 * kMillisecond, kGood, 0)) << "5 ms late";
+  EXPECT_TRUE(pace.Good(2 * kSecond + 30 * kMillisecond, kGood, 0)) << "the next one is in time";
+}
+
+TEST(Block, ATimeThatIsTooUncertainIsLimited) {
+  Block block(131'072, 1, 1);
+  block.Add({0, 10 * kSecond}, 1, 1, 0);
+  EXPECT_EQ(block.message().time_uncertainty_ns[0], INT32_MAX);
+}
+
 }  // namespace
 }  // namespace axlecast

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/position_t.hpp>
+#include <cmath>
 
 #include "drivers/runtime/command/axis_commands.h"
 #include "drivers/runtime/command/operations_fixture.h"
@@ -205,6 +206,152 @@ TEST_F(OperationsTest, TheBridgeTellsThatTheReferenceWasLost) {
   Online();
   EXPECT_EQ(Do(MakeOrder("mark_reference_lost")).state, Status::STATE_SUCCEEDED);
   EXPECT_TRUE(channel_.summary().reference_lost);
+}
+
+// ---- the texts and changes that an operator reads ----
+
+class AlarmCommandTextTest : public AlarmOrderTest {
+ protected:
+  driver_status_t Prepare(const std::string& operation, const std::vector<argument_t>& arguments) {
+    driver_order_t order = MakeOrder(operation, arguments);
+    order.kind = driver_order_t::KIND_PREPARE;
+    return Do(order);
+  }
+};
+
+TEST_F(AlarmCommandTextTest, AnAcknowledgementStatesWhetherTheAlarmIsStillPresent) {
+  bus_.devices[0].alarm_stays_from = alarm_entry_t::SEVERITY_WARNING;
+  Battery(true);
+  EXPECT_EQ(Prepare("acknowledge_alarm", {{"alarm", "battery_error"}}).text,
+            "battery_error would be acknowledged; it is still present");
+  EXPECT_FALSE(channel_.alarms().Look("battery_error").acknowledged) << "nothing was done";
+  EXPECT_EQ(Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}})).text,
+            "battery_error is acknowledged; it is still present");
+  EXPECT_EQ(Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}})).text,
+            "battery_error was acknowledged before");
+}
+
+TEST_F(AlarmCommandTextTest, WhatIsNotListedIsNamedWithWhatIs) {
+  EXPECT_THAT(Do(MakeOrder("acknowledge_alarm", {{"alarm", "other"}})).text, HasSubstr("there is no alarm"));
+  EXPECT_THAT(Do(MakeOrder("shelve_alarm", {{"alarm", "other"}, {"seconds", "60"}})).text,
+              HasSubstr("there is no alarm; to shelve it before it comes, give up_to"));
+  Battery(true);
+  EXPECT_THAT(Do(MakeOrder("acknowledge_alarm", {{"alarm", "other"}})).text, HasSubstr("there are battery_error"));
+  EXPECT_THAT(Do(MakeOrder("shelve_alarm", {{"alarm", "other"}, {"seconds", "60"}})).text,
+              HasSubstr("there are battery_error"));
+}
+
+TEST_F(AlarmCommandTextTest, ShelvingStatesTheTimeAndTheSeverity) {
+  Battery(true);
+  const driver_status_t would = Prepare("shelve_alarm", {{"alarm", "battery_error"}, {"seconds", "86400"}});
+  EXPECT_EQ(would.state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(would.text, "battery_error would be shelved for 86400 s, up to severity error");
+  EXPECT_EQ(channel_.alarms().shelves().Find("battery_error"), nullptr);
+  const driver_status_t done = Do(MakeOrder("shelve_alarm", {{"alarm", "battery_error"}, {"seconds", "1"}}));
+  EXPECT_EQ(done.text, "battery_error is shelved for 1 s, up to severity error");
+  EXPECT_EQ(done.verified, 1);
+  EXPECT_EQ(done.changes.at(0).before, "present");
+  EXPECT_EQ(done.changes.at(0).after, "shelved");
+  const driver_status_t again = Do(MakeOrder("unshelve_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(again.text, "battery_error is unshelved");
+  ASSERT_EQ(again.n_changes, 1);
+  EXPECT_EQ(again.changes[0].before, "shelved");
+  EXPECT_EQ(again.changes[0].after, "present");
+}
+
+TEST_F(AlarmCommandTextTest, ShelvingTakesATimeWithinTheNextDay) {
+  const auto until = [this](std::int64_t later_us) {
+    return Do(MakeOrder("shelve_alarm",
+                        {{"alarm", "other"}, {"until", std::to_string(Utime() + later_us)}, {"up_to", "info"}}));
+  };
+  EXPECT_EQ(until(0).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_THAT(Last().text, HasSubstr("within the next 86400 s"));
+  EXPECT_EQ(until(1).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(until(AlarmShelves::kLongestUs).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(until(AlarmShelves::kLongestUs + 1).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(channel_.alarms().shelves().Find("other")->up_to, alarm_entry_t::SEVERITY_INFO);
+}
+
+TEST_F(AlarmCommandTextTest, AFullShelfTakesOnlyWhatIsOnItAlready) {
+  const auto shelve = [this](std::size_t number) {
+    return Do(MakeOrder("shelve_alarm",
+                        {{"alarm", "a" + std::to_string(number)}, {"seconds", "60"}, {"up_to", "warning"}}));
+  };
+  for (std::size_t number = 0; number < AlarmShelves::kMax; ++number) {
+    ASSERT_EQ(shelve(number).state, Status::STATE_SUCCEEDED) << number;
+  }
+  EXPECT_EQ(shelve(AlarmShelves::kMax).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_THAT(Last().text, HasSubstr("unshelve some first"));
+  EXPECT_EQ(shelve(0).state, Status::STATE_SUCCEEDED) << "for another time";
+}
+
+TEST_F(AlarmCommandTextTest, AnAcknowledgementOfBeforeIsExpectedForTenSeconds) {
+  for (const bool late : {false, true}) {
+    const std::string alarm = late ? "late" : "battery_error";
+    EXPECT_EQ(Do(MakeOrder("restore_acknowledgement", {{"alarm", alarm}})).text,
+              alarm + " is taken as acknowledged before");
+    EXPECT_EQ(Last().n_changes, 0);
+  }
+  EXPECT_EQ(Prepare("restore_acknowledgement", {{"alarm", "x"}}).text, "x would be taken as acknowledged before");
+  clock_.Advance(10 * kSecond - kMillisecond);
+  Battery(true);
+  EXPECT_TRUE(channel_.alarms().Look("battery_error").acknowledged);
+  clock_.Advance(kSecond);
+  constexpr AlarmSpec kLate = {7, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_ERROR, "late", ""};
+  channel_.Tick(clock_.Now());
+  channel_.OnAlarm(kLate, AlarmState::kLive, clock_.Now());
+  EXPECT_FALSE(channel_.alarms().Look("late").acknowledged);
+}
+
+TEST_F(OperationsTest, TheTextOfADatumStatesItsCounts) {
+  Online(1'000);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "400"}})).text, "datum set to 400 counts");
+  EXPECT_EQ(Do(MakeOrder("clear_datum")).text, "the datum is cleared");
+  EXPECT_EQ(Do(MakeOrder("mark_reference_lost")).text, "the reference is marked as lost");
+  EXPECT_EQ(Last().verified, 1);
+  EXPECT_EQ(Last().n_changes, 0);
+}
+
+TEST_F(FileDatumTest, TheTextOfAClearedDatumStatesThatTheFilesIsUsed) {
+  Online(1'000);
+  Send(MakeOrder("set_datum", {{"counts", "400"}}));
+  driver_order_t prepare = MakeOrder("clear_datum");
+  prepare.kind = driver_order_t::KIND_PREPARE;
+  const driver_status_t would = Do(prepare);
+  EXPECT_EQ(would.text, "would clear the datum, 400 counts");
+  EXPECT_EQ(would.changes.at(0).after, ValueText((1'000 - 70) / 65'536.0)) << "counted from the datum of the file";
+  EXPECT_EQ(channel_.summary().datum->counts, 400);
+  const driver_status_t done = Do(MakeOrder("clear_datum"));
+  EXPECT_EQ(done.text, "the datum of the machine's file is used again");
+  EXPECT_EQ(done.changes.at(0).after, would.changes.at(0).after);
+}
+
+TEST_F(OperationsTest, ADatumMayBeAsLargeAsADoubleDistinguishesCounts) {
+  Online();
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "9000000000000000"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "-9000000000000000"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "9000000000000002"}})).reason_code, Status::REASON_BAD_ARGUMENT);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "1"}, {"utime", "0"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_EQ(channel_.summary().datum->unix_us, 0);
+  EXPECT_EQ(Do(MakeOrder("set_datum", {{"counts", "2"}, {"identity", ""}})).state, Status::STATE_SUCCEEDED)
+      << "of any encoder";
+}
+
+TEST_F(OperationsTest, AnOlderDatumIsPreparedWithoutAValue) {
+  Online(1'000);
+  for (const bool dated : {false, true}) {
+    std::vector<argument_t> arguments = {{"counts", "400"}};
+    if (dated) arguments.push_back({"utime", "1000"});
+    driver_order_t order = MakeOrder("set_datum", arguments);
+    order.kind = driver_order_t::KIND_PREPARE;
+    EXPECT_EQ(Do(order).changes.at(0).after.empty(), dated);
+  }
+}
+
+TEST(ValueText, AnUnknownValueHasNone) {
+  EXPECT_EQ(ValueText(std::nan("")), "");
+  EXPECT_EQ(ValueText(1.25), "1.25");
+  EXPECT_EQ(ValueText(-3), "-3");
 }
 
 }  // namespace

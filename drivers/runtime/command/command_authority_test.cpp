@@ -1,6 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <axlecast/command_status_t.hpp>
+#include <string>
+
 #include "drivers/runtime/command/command_authority.h"
 #include "tests/support/counting_family.h"
 
@@ -373,6 +376,111 @@ TEST_F(SignedPermitTest, AChangedByteIsNoPermit) {
   PermitTable book(bus_, bridge_);
   book.Accept("axis1", good, 0, kUtime);
   EXPECT_TRUE(book.Check("axis1", "bump", 1).has_value());
+}
+
+// ---- permits at their limits ----
+
+TEST_F(PermitBookTest, AMillisecondIsTheShortestTimeOfAPermit) {
+  Accept(Body("axis1", 1, 1));
+  EXPECT_TRUE(Holds(kMillisecond - 1));
+  EXPECT_FALSE(Holds(kMillisecond));
+}
+
+TEST_F(PermitBookTest, APermitNamesUpTo24Operations) {
+  permit_body_t body = Body("axis1", 1, 500);
+  body.operations.assign(24, "bump");
+  body.n_operations = 24;
+  Accept(body);
+  EXPECT_TRUE(Holds());
+  body.issue = 2;
+  body.operations.push_back("write");
+  body.n_operations = 25;
+  Accept(body);
+  EXPECT_FALSE(book_.Check("axis1", "write", 1).has_value());
+}
+
+TEST_F(PermitBookTest, ADeviceOfAnotherBusHasNoPermit) {
+  EXPECT_EQ(book_.Check("axis9", "bump", 0).error().text, "there is no such device");
+  EXPECT_EQ(book_.Check("axis9", "bump", 0).error().reason, command_status_t::REASON_NO_PERMIT);
+}
+
+TEST_F(PermitBookTest, ALaterPermitReplacesTheOperations) {
+  Accept(Body("axis1", 1, 500));
+  permit_body_t body = Body("axis1", 2, 500);
+  body.operations = {"write"};
+  Accept(body);
+  EXPECT_FALSE(Holds());
+  EXPECT_TRUE(book_.Check("axis1", "write", 1).has_value());
+}
+
+TEST_F(PermitBookTest, AnAcceptedPermitEndsTheReasonOfARefusedOne) {
+  permit_body_t old = Body("axis1", 1, 500);
+  old.issued_utime = kUtime - 3'600'000'000;
+  Accept(old);
+  EXPECT_THAT(Why(), HasSubstr("was issued 3600 s ago by UNIX time"));
+  Accept(Body("axis1", 2, 100));
+  EXPECT_THAT(Why(), HasSubstr("ended 0.9 s ago"));
+}
+
+TEST_F(PermitBookTest, ARepetitionIsNamedSo) {
+  Accept(Body("axis1", 5, 100));
+  Accept(Body("axis1", 5, 100));
+  EXPECT_THAT(Why(), HasSubstr("was a repetition: issue must increase"));
+}
+
+TEST_F(PermitBookTest, AnotherProcessWithinTheSameMicrosecondIsNotLater) {
+  Accept(Body("axis1", 1, 100));
+  permit_body_t other = Body("axis1", 1, 500);
+  other.issuer_boot_id = 4;
+  Accept(other);
+  EXPECT_THAT(Why(), HasSubstr("was issued 0 s before the last one of another control process, by UNIX time"));
+  other.issued_utime = kUtime + 1;
+  Accept(other);
+  EXPECT_TRUE(Holds(400 * kMillisecond));
+}
+
+// The clock may be set back by up to a second, as permits may be early by that.
+TEST_F(PermitBookTest, AClockThatIsSetBackByASecondRefusesNothing) {
+  permit_body_t body = Body("axis1", 1, 500);
+  body.issued_utime = kUtime + 10'000'000;
+  Accept(body, 10 * kSecond);
+  EXPECT_TRUE(Holds(10 * kSecond + 1));
+  const auto after_set_back = [&](std::int64_t by_us, std::int64_t issue) {
+    permit_body_t later = Body("axis1", issue, 500);
+    const std::int64_t unix_us = kUtime + 20'000'000 - by_us;
+    later.issued_utime = unix_us - 1'500'000;
+    book_.Accept("axis1", Enveloped(later), 20 * kSecond, unix_us);
+    return Holds(20 * kSecond + 1);
+  };
+  EXPECT_FALSE(after_set_back(1'000'001, 2));
+  EXPECT_THAT(Why(20 * kSecond), HasSubstr("set back by 1 s"));
+  EXPECT_TRUE(after_set_back(1'000'000, 3));
+}
+
+TEST_F(PermitAgeTest, APermitOfThisHostIsAcceptedAfterTheClockWasSetBack) {
+  EXPECT_TRUE(Accepts(OnSameHost(0, 1)));
+  permit_body_t body = OnSameHost(0, 2);
+  body.issued_utime = kUtime - 3'600'000'000;
+  timed_.Accept("axis1", Enveloped(body), kNow, kUtime - 3'600'000'000);
+  EXPECT_TRUE(timed_.Check("axis1", "bump", kNow + 499 * kMillisecond));
+}
+
+TEST_F(PermitAgeTest, ClocksThatAreNotStatedAreNotEqual) {
+  PermitTable nameless(bus_, UnsignedBridge(), 0, &claims_);
+  permit_body_t body = OnSameHost(0);
+  body.clock_id = 0;
+  body.issued_utime = kUtime + kNow / kMicrosecond - 3'000'000;
+  nameless.Accept("axis1", Enveloped(body), kNow, kUtime + kNow / kMicrosecond);
+  EXPECT_THAT(ErrorText(nameless.Check("axis1", "bump", kNow)), HasSubstr("was issued 3 s ago by UNIX time"));
+}
+
+TEST(CommandAuthorityRule, StatesWhichCommandsAreExecuted) {
+  BridgeConfig bridge;
+  EXPECT_THAT(std::string(CommandAuthority(bridge).Rule()), HasSubstr("no command is executed"));
+  bridge.allow_unsigned = true;
+  EXPECT_THAT(std::string(CommandAuthority(bridge).Rule()), HasSubstr("of any sender are executed"));
+  bridge.bridge.public_key = SigningKey::Generate().public_key();
+  EXPECT_THAT(std::string(CommandAuthority(bridge).Rule()), HasSubstr("only commands that are signed"));
 }
 
 }  // namespace

@@ -58,6 +58,8 @@ class OperationsTest : public testing::Test {
     }
     return last;
   }
+  // The last status of all.
+  driver_status_t Last() { return sink_.All<driver_status_t>("DRIVER_STATUS/rs485-0").back(); }
   driver_status_t Do(const driver_order_t& order) {
     Send(order);
     return Answer(order);

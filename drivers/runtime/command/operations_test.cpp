@@ -5,6 +5,7 @@
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/position_t.hpp>
 
+#include "core/command/commands.h"
 #include "drivers/runtime/command/axis_commands.h"
 #include "drivers/runtime/command/operations_fixture.h"
 
@@ -196,6 +197,51 @@ TEST_F(PrepareOperationTest, OfADatumShowsNowAndThen) {
   EXPECT_EQ(channel_.summary().datum_epoch, epoch);
   EXPECT_EQ(Prepare("mark_reference_lost").text, "would mark the reference as lost");
   EXPECT_FALSE(channel_.summary().reference_lost);
+}
+
+// ---- what is refused, and what is stated ----
+
+TEST_F(OperationsTest, ADeviceThatIsStartingTakesNoOrder) {
+  channel_.OnLink(true, "", clock_.Now());
+  const driver_status_t answer = Do(MakeOrder("touch"));
+  EXPECT_EQ(answer.reason_code, Status::REASON_DEVICE_OFFLINE);
+  EXPECT_THAT(answer.text, HasSubstr("still starting"));
+}
+
+TEST_F(OperationsTest, TheEpochIsNamedThatIsInForce) {
+  Online();
+  auto order = MakeOrder("touch");
+  order.expect_epoch = 0;
+  EXPECT_EQ(Do(order).state, Status::STATE_RUNNING);
+  DeviceAnswers();
+  Send(MakeOrder("set_datum", {{"counts", "5"}}));
+  order = MakeOrder("touch");
+  order.expect_epoch = 0;
+  EXPECT_EQ(Do(order).reason_code, Status::REASON_EPOCH);
+  EXPECT_THAT(Last().text, HasSubstr("datum_epoch is 1, not 0"));
+}
+
+TEST_F(OperationsTest, OutcomesOfUnknownDevicesAndCommandsAreIgnored) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  operations_.OnOutcome("axis9", NumberedId(1), {.state = CommandState::kFailed});
+  operations_.OnOutcome("axis1", NumberedId(99), {.state = CommandState::kFailed});
+  EXPECT_EQ(Answer(order).state, Status::STATE_RUNNING);
+  EXPECT_TRUE(operations_.Busy());
+}
+
+TEST_F(OperationsTest, ProgressKeepsTheCommandAtItsDevice) {
+  Online();
+  const auto order = MakeOrder("touch");
+  Send(order);
+  clock_.Advance(kSecond);
+  const CommandId id = IdOf(order.id);
+  operations_.OnOutcome("axis1", id, {.state = CommandState::kRunning, .text = "half", .progress = 0.5F});
+  EXPECT_EQ(Answer(order).text, "half");
+  EXPECT_TRUE(operations_.Busy());
+  DeviceAnswers();
+  EXPECT_EQ(Answer(order).state, Status::STATE_SUCCEEDED);
 }
 
 }  // namespace
