@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -23,18 +22,17 @@ struct Order {
   double minutes = 10;  // of each seed
   int stories = 3;      // after so many seeds with a breach, it ends
   bool shrinks = true;
-  bool ignore_syncs = false;
 };
 
 struct Sum {
-  std::map<std::string, std::int64_t> counts;
+  Promises::Counts counts;
   double hours = 0;
   std::int64_t breaches = 0;
   int stories = 0;
 };
 
 struct Ended {
-  std::map<std::string, std::int64_t> counts;
+  Promises::Counts counts;
   std::vector<std::string> breaches;
   std::int64_t breach_count = 0;
   double hours = 0;
@@ -43,7 +41,6 @@ struct Ended {
 Ended RunSeed(const MachineConfig& config, const Order& order, std::uint64_t seed,
               const std::vector<Fault>& faults) {
   SimulatedMachine machine(config, seed);
-  if (order.ignore_syncs) machine.IgnoreSyncs();
   std::string thrown;
   try {
     machine.Run(static_cast<MonoNs>(order.minutes * 60e9), faults);
@@ -103,8 +100,6 @@ int Main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_flag("!--no-shrink", order.shrinks, "Print a breach with all faults of its seed, at once");
-  app.add_flag("--ignore-syncs", order.ignore_syncs,
-               "A planted fault: the bridge's first disk carries out no syncs");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

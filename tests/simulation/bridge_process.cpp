@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <axlecast/driver_command_t.hpp>
 #include <axlecast/driver_order_t.hpp>
-#include <cstring>
+
+#include "core/alarm/alarm_table.h"
+#include "core/base/text.h"
 
 namespace axlecast::simulation {
 
@@ -23,19 +25,13 @@ void BridgeProcess::Start() {
       [this](const std::string& channel, Bytes message) { JudgeEpoch(channel, message); });
   data_ = std::make_unique<HostPort>(network_, host_, Port::kData);
   time_ = Timebase();
-  const auto random = [this] {
-    CommandId id{};
-    const std::uint64_t words[2] = {host_.random.Next(), host_.random.Next()};
-    std::memcpy(id.data(), words, id.size());
-    return id;
-  };
   dispatcher_ = std::make_unique<Dispatcher>(machine_, host_.NewOrigin(machine_.machine),
                                              BridgePorts{.journal = journal_.get(),
                                                          .commands = commands_.get(),
                                                          .data = data_.get(),
                                                          .key = nullptr,
                                                          .log = [](const std::string&) {},
-                                                         .random = random},
+                                                         .random = [this] { return host_.random.Id(); }},
                                              Now());
   membership_ = network_.Join(host_, Port::kCommands,
                               [this](const std::string& channel, Bytes message) { OnMessage(channel, message); });
@@ -70,6 +66,22 @@ void BridgeProcess::StallDisk(bool stalled) {
   if (!journal_) return;
   if (stalled) journal_->Stall();
   if (!stalled) journal_->Recover();
+}
+
+void BridgeProcess::JudgeBounds() {
+  if (!runs()) return;
+  for (const BusConfig& bus : machine_.buses) {
+    for (const DeviceConfig& device : bus.devices) {
+      const std::vector<AlarmMark> marks = store_->Marks(device.name);
+      const auto shelved =
+          static_cast<std::size_t>(std::count_if(marks.begin(), marks.end(), [](const AlarmMark& mark) {
+            return mark.kind == AlarmMark::Kind::kShelved;
+          }));
+      promises_.Count("tables of shelved alarms within their bound");
+      if (shelved > AlarmShelves::kMax)
+        promises_.Breach(Text("%s: %zu alarms are shelved", device.name.c_str(), shelved));
+    }
+  }
 }
 
 bool BridgeProcess::accepts_changes() const {

@@ -34,7 +34,8 @@ class BridgeProcess {
   // The journal of a bridge that runs.
   [[nodiscard]] DurableStore& store() { return *store_; }
   [[nodiscard]] bool accepts_changes() const;
-  [[nodiscard]] Disk& disk() { return disk_; }
+  // What it keeps is bounded, for any commands.
+  void JudgeBounds();
 
  private:
   static constexpr MonoNs kTick = 10 * kMillisecond;

@@ -28,7 +28,6 @@ class Disk {
     std::error_code ignored;
     std::filesystem::remove_all(root_.path() + "/" + std::to_string(mounts_ - 1), ignored);
   }
-  void IgnoreSyncs() { recorded_->IgnoreSyncs(true, true); }
 
  private:
   void Mount() {

@@ -10,10 +10,10 @@ namespace axlecast::simulation {
 
 using K = FaultKind;
 
-const std::array<FaultSpec, 30> kFaults = {{
-    {K::kDriverKill, "driver killed", 60, 100 * kMillisecond, 3 * kSecond},
-    {K::kDriverFreeze, "driver frozen", 60, 5 * kMillisecond, 3 * kSecond},
-    {K::kBridgeKill, "bridge killed", 20, 100 * kMillisecond, 5 * kSecond},
+const std::array<FaultSpec, 31> kFaults = {{
+    {K::kDriverKill, "driver killed", 80, 100 * kMillisecond, 3 * kSecond},
+    {K::kDriverFreeze, "driver frozen", 80, 5 * kMillisecond, 3 * kSecond},
+    {K::kBridgeKill, "bridge killed", 30, 100 * kMillisecond, 5 * kSecond},
     {K::kBridgePowerCut, "bridge without power", 20, 500 * kMillisecond, 10 * kSecond},
     {K::kBridgeFreeze, "bridge frozen", 20, 10 * kMillisecond, 5 * kSecond},
     {K::kJournalStall, "journal's disk stalled", 20, 20 * kMillisecond, 8 * kSecond},
@@ -21,14 +21,15 @@ const std::array<FaultSpec, 30> kFaults = {{
     {K::kRecorderPowerCut, "recorder without power", 10, 500 * kMillisecond, 5 * kSecond},
     {K::kTimeKill, "time service killed", 20, 100 * kMillisecond, 5 * kSecond},
     {K::kTimeFreeze, "time service frozen", 20, 50 * kMillisecond, 5 * kSecond},
-    {K::kClientDies, "client dies", 60, 0, 2 * kSecond},
-    {K::kCancel, "command given up", 60, 0, 2 * kSecond},
+    {K::kClientDies, "client dies", 90, 0, 2 * kSecond},
+    {K::kCancel, "command given up", 90, 0, 2 * kSecond},
+    {K::kAlarmNames, "alarm names invented", 20, 0, 0},
     {K::kNetworkLoss, "network loses", 30, kSecond, 30 * kSecond},
     {K::kDuplication, "network doubles", 20, kSecond, 30 * kSecond},
     {K::kReordering, "network delays and reorders", 20, kSecond, 30 * kSecond},
     {K::kPartition, "hosts parted", 15, 200 * kMillisecond, 20 * kSecond},
     {K::kAsymmetry, "one direction delayed", 10, kSecond, 60 * kSecond},
-    {K::kUnplug, "cable unplugged", 30, 10 * kMillisecond, 8 * kSecond},
+    {K::kUnplug, "cable unplugged", 40, 10 * kMillisecond, 8 * kSecond},
     {K::kNoise, "noise on a cable", 40, kSecond, 20 * kSecond},
     {K::kLostReplies, "replies lost", 40, kSecond, 20 * kSecond},
     {K::kStrayBytes, "stray bytes", 30, kSecond, 20 * kSecond},

@@ -22,6 +22,7 @@ enum class FaultKind : std::uint8_t {
   kTimeFreeze,
   kClientDies,
   kCancel,
+  kAlarmNames,
   kNetworkLoss,
   kDuplication,
   kReordering,
@@ -50,7 +51,7 @@ struct FaultSpec {
   MonoNs least;     // duration
   MonoNs most;
 };
-extern const std::array<FaultSpec, 30> kFaults;
+extern const std::array<FaultSpec, 31> kFaults;
 [[nodiscard]] const FaultSpec& SpecOf(FaultKind kind);
 
 struct Fault {

@@ -27,6 +27,8 @@ class Operators {
 
   // Sends one command to any device. `patience`: the client dies or gives up after this time; kNever: it follows the command to its end.
   void Command(MonoNs patience, bool cancels);
+  // Shelves this number of alarms of one device, each with a name that no device has: shelves are bounded.
+  void ShelveInventedAlarms(int number);
   [[nodiscard]] std::size_t open() const;
   // At the end, when nothing is under way any more: one outcome for each, which agrees with what was done to the devices.
   void Judge(DurableStore& journal);
@@ -38,6 +40,7 @@ class Operators {
     std::string operation;
     std::string counter = {};
     bool sets_datum = false;
+    bool shelves = false;
   };
   struct Client {
     const Order* order = nullptr;
@@ -47,6 +50,7 @@ class Operators {
     MonoNs cancel_at = kNever;  // of the schedule, as die_at
     MonoNs die_at = kNever;
     std::set<int> outcomes = {};  // final states that any bridge ever reported
+    bool not_noted = false;       // an outcome stated that the journal has not noted it
   };
   // How often something was done, as the outcomes state it.
   struct Bounds {
@@ -54,6 +58,7 @@ class Operators {
     std::int64_t most = 0;
   };
 
+  void Send(const Order& order, MonoNs patience, bool cancels);
   void OnStatus(Bytes message);
   void Cycle();
   void Advance(Client& client);

@@ -46,6 +46,9 @@ PLANTED = [
      "a log is not on the disk when it should be"),
     ("losses", "core/messages/sequence_count.cpp", "lost_ += seq - publisher.newest - 1;", "lost_ += 1;",
      "several messages that are lost in a row count as one"),
+    ("alarm_table", "bridge/state/device_state.cpp",
+     "  return static_cast<std::size_t>(others) < AlarmShelves::kMax;\n", "  return others >= 0;\n",
+     "the table of shelved alarms is not bounded"),
     ("freshness", "client/axlecast/position_tracker.h", "  if (age + valid_half_width_ > max_age) return Freshness::kStale;\n", "", "an old reading is called fresh"),
 ]
 

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/base/text.h"
 #include "tests/simulation/schedule.h"
 
 namespace axlecast::simulation {
@@ -19,13 +22,20 @@ class Promises {
     if (breaches_.size() < kKept) breaches_.push_back(TimeText(schedule_.now()) + "  " + what);
   }
   // Counts something that was compared with the truth, or was done: "positions", "commands", ...
-  void Count(const std::string& what, std::int64_t number = 1) { counts_[what] += number; }
+  void Count(std::string_view what, std::int64_t number = 1) {
+    auto found = counts_.find(what);
+    if (found == counts_.end()) found = counts_.emplace(what, 0).first;
+    found->second += number;
+  }
 
   [[nodiscard]] const std::vector<std::string>& breaches() const { return breaches_; }
   [[nodiscard]] std::int64_t count() const { return count_; }
-  [[nodiscard]] const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+  using Counts = std::map<std::string, std::int64_t, std::less<>>;
+  [[nodiscard]] const Counts& counts() const { return counts_; }
   // "12.345678 s"
-  [[nodiscard]] static std::string TimeText(MonoNs time);
+  [[nodiscard]] static std::string TimeText(MonoNs time) {
+    return Text("%12.6f s", static_cast<double>(time) * 1e-9);
+  }
 
  private:
   static constexpr std::size_t kKept = 20;
@@ -33,7 +43,7 @@ class Promises {
   const Schedule& schedule_;
   std::vector<std::string> breaches_;
   std::int64_t count_ = 0;
-  std::map<std::string, std::int64_t> counts_;
+  Counts counts_;
 };
 
 }  // namespace axlecast::simulation

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
 #include "core/base/time.h"
+#include "core/device/operation.h"
 #include "drivers/kit/simulation/simulated_fault.h"
 
 namespace axlecast::simulation {
@@ -28,6 +31,7 @@ class Random {
   // In [0, count).
   [[nodiscard]] std::size_t Index(std::size_t count) { return static_cast<std::size_t>(numbers_.Next() % count); }
   [[nodiscard]] std::uint64_t Next() { return numbers_.Next(); }
+  [[nodiscard]] CommandId Id() { return std::bit_cast<CommandId>(std::array{Next(), Next()}); }
 
  private:
   SeededRandom numbers_;

@@ -16,9 +16,18 @@ constexpr MonoNs kLastReading = 5 * kSecond;  // a device that works has publish
 constexpr MonoNs kSettled = 10 * kSecond;
 constexpr std::size_t kMaxOpen = 20;  // commands under way
 constexpr MonoNs kCommandEvery = 2 * kSecond;
+constexpr int kInvented = 20;  // names of alarms at a time
 
 // As much of the bound of a late reply as an adapter may take: frames that come unasked share it with their period.
 constexpr double kLateShare = 0.4;
+
+// What ends a fault that killed a process. If several did, the first that ends starts it again.
+template <typename Process>
+std::function<void()> Restart(Process& process) {
+  return [&process] {
+    if (!process.runs()) process.Start();
+  };
+}
 
 }  // namespace
 
@@ -78,8 +87,9 @@ void SimulatedMachine::Run(MonoNs time, const std::vector<Fault>& faults) {
   recorder_.Start();
   for (auto& driver : drivers_) driver->Start();
   for (const Fault& fault : faults) {
-    schedule_.At(fault.at, [this, &fault] { Begin(fault); });
-    schedule_.At(fault.at + fault.lasts, [this, &fault] { End(fault); });
+    schedule_.At(fault.at, [this, &fault] {
+      if (End end = Begin(fault)) schedule_.After(fault.lasts, std::move(end));
+    });
   }
   const MonoNs end = kRunIn + time;
   schedule_.At(kRunIn, [this, end] { GiveCommands(end); });
@@ -98,6 +108,7 @@ void SimulatedMachine::Run(MonoNs time, const std::vector<Fault>& faults) {
 void SimulatedMachine::RunUntil(MonoNs until, const std::function<bool()>& done) {
   while (schedule_.now() < until && promises_.count() == 0 && !done()) {
     schedule_.RunUntil(std::min(schedule_.now() + kSecond, until));
+    bridge_.JudgeBounds();
   }
 }
 
@@ -117,7 +128,7 @@ std::string SimulatedMachine::Missing() {
   return bridge_.accepts_changes() ? "" : "the bridge accepts no commands";
 }
 
-void SimulatedMachine::Begin(const Fault& fault) {
+SimulatedMachine::End SimulatedMachine::Begin(const Fault& fault) {
   promises_.Count("faults");
   promises_.Count(std::string("fault: ") + SpecOf(fault.kind).name);
   switch (fault.kind) {
@@ -131,9 +142,14 @@ void SimulatedMachine::Begin(const Fault& fault) {
     case K::kRecorderPowerCut:
     case K::kTimeKill:
     case K::kTimeFreeze:
+      return BeginOnProcess(fault);
     case K::kClientDies:
     case K::kCancel:
-      return BeginOnProcess(fault);
+      operators_.Command(fault.lasts, fault.kind == K::kCancel);
+      return {};
+    case K::kAlarmNames:
+      operators_.ShelveInventedAlarms(kInvented);
+      return {};
     case K::kUnplug:
     case K::kNoise:
     case K::kLostReplies:
@@ -146,12 +162,21 @@ void SimulatedMachine::Begin(const Fault& fault) {
     case K::kDeviceGarbage:
     case K::kSpeed:
       return BeginOnDevice(fault, DriverAt(fault.target));
-    default:
+    case K::kNetworkLoss:
+    case K::kDuplication:
+    case K::kReordering:
+    case K::kPartition:
+    case K::kAsymmetry:
       return BeginOnNetwork(fault);
+    case K::kUtcStep:
+    case K::kSlew:
+    case K::kStarvation:
+      return BeginOnHost(fault, HostAt(fault.target));
   }
+  return {};
 }
 
-void SimulatedMachine::BeginOnProcess(const Fault& fault) {
+SimulatedMachine::End SimulatedMachine::BeginOnProcess(const Fault& fault) {
   // All of a power cut's choices, and a process that ends by a signal: the kernel keeps what it has written.
   constexpr CutChoice kAll = {CutChoice::Kind::kEverything, 0};
   const CutChoice cut = {fault.amount < 0.2   ? CutChoice::Kind::kNothing
@@ -161,68 +186,80 @@ void SimulatedMachine::BeginOnProcess(const Fault& fault) {
   const MonoNs until = schedule_.now() + fault.lasts;
   switch (fault.kind) {
     case K::kDriverKill:
-      return DriverAt(fault.target).Kill();
+      DriverAt(fault.target).Kill();
+      return Restart(DriverAt(fault.target));
     case K::kDriverFreeze:
-      return DriverAt(fault.target).thread().Freeze(until);
+      DriverAt(fault.target).thread().Freeze(until);
+      return {};
     case K::kBridgeKill:
-      return bridge_.Kill(kAll);
     case K::kBridgePowerCut:
-      return bridge_.Kill(cut);
+      bridge_.Kill(fault.kind == K::kBridgeKill ? kAll : cut);
+      return Restart(bridge_);
     case K::kBridgeFreeze:
-      return bridge_.Freeze(until);
+      bridge_.Freeze(until);
+      return {};
     case K::kJournalStall:
-      return bridge_.StallDisk(true);
+      bridge_.StallDisk(true);
+      return [this] { bridge_.StallDisk(false); };
     case K::kRecorderKill:
-      return recorder_.Kill(kAll);
     case K::kRecorderPowerCut:
-      return recorder_.Kill(cut);
+      recorder_.Kill(fault.kind == K::kRecorderKill ? kAll : cut);
+      return Restart(recorder_);
     case K::kTimeKill:
-      return TimeAt(fault.target).Kill();
-    case K::kTimeFreeze:
-      return TimeAt(fault.target).Freeze(until);
+      TimeAt(fault.target).Kill();
+      return Restart(TimeAt(fault.target));
     default:
-      return operators_.Command(fault.lasts, fault.kind == K::kCancel);
+      TimeAt(fault.target).Freeze(until);
+      return {};
   }
 }
 
-void SimulatedMachine::BeginOnWire(const Fault& fault, DriverProcess& driver) {
-  WireFaults& wire = driver.wire().faults;
-  const bool streams = driver.bus().family->link == LinkKind::kCan;
-  const auto late = static_cast<MonoNs>(static_cast<double>(driver.bus().late) * kLateShare * fault.amount);
+SimulatedMachine::End SimulatedMachine::BeginOnWire(const Fault& fault, DriverProcess& driver) {
+  Wire& wire = driver.wire();
+  WireFaults& faults = wire.faults;
   switch (fault.kind) {
     case K::kUnplug:
-      wire.unplugged = true;
-      return;
+      faults.unplugged = true;
+      return [&wire] {
+        wire.faults.unplugged = false;
+        wire.Follow();
+      };
     case K::kNoise:
-      wire.noise = fault.amount * fault.amount;
-      return;
+      faults.noise = fault.amount * fault.amount;
+      return [&faults] { faults.noise = 0; };
     case K::kLostReplies:
-      wire.loss = fault.amount;
-      return;
+      faults.loss = fault.amount;
+      return [&faults] { faults.loss = 0; };
     case K::kStrayBytes:
-      wire.stray = fault.amount * fault.amount;
-      return;
-    case K::kOvertakingReplies:
-      wire.scattered = !streams;  // CAN adapters keep the order of frames
-      wire.late = late;
-      return;
+      faults.stray = fault.amount * fault.amount;
+      return [&faults] { faults.stray = 0; };
     default:
-      wire.late = late;
-      return;
+      break;
   }
+  const bool streams = driver.bus().family->link == LinkKind::kCan;  // CAN adapters keep the order of frames
+  faults.scattered = faults.scattered || (fault.kind == K::kOvertakingReplies && !streams);
+  faults.late = static_cast<MonoNs>(static_cast<double>(driver.bus().late) * kLateShare * fault.amount);
+  return [&faults] {
+    faults.late = 0;
+    faults.scattered = false;
+  };
 }
 
-void SimulatedMachine::BeginOnDevice(const Fault& fault, DriverProcess& driver) {
+SimulatedMachine::End SimulatedMachine::BeginOnDevice(const Fault& fault, DriverProcess& driver) {
   const std::vector<DeviceConfig>& devices = driver.bus().devices;
   const std::string& device = devices[fault.target / 64 % devices.size()].name;
+  const auto works_again = [&driver, &device] { driver.Set(device, "fault", "none", 0); };
   switch (fault.kind) {
     case K::kDevicePower:
-      return driver.Set(device, "power", "off", fault.lasts + 2 * kSecond);
+      driver.Set(device, "power", "off", fault.lasts + 2 * kSecond);
+      return [&driver, &device] { driver.Set(device, "power", "on", 2 * kSecond); };
     case K::kDeviceSilent:
-      return driver.Set(device, "fault", "off", 0);
+      driver.Set(device, "fault", "off", 0);
+      return works_again;
     case K::kDeviceGarbage:
       // A frame of the CAN encoders has no check of its own: random data within reach of the shaft are a position.
-      return driver.Set(device, "fault", driver.bus().family->link == LinkKind::kCan ? "off" : "garbage", 0);
+      driver.Set(device, "fault", driver.bus().family->link == LinkKind::kCan ? "off" : "garbage", 0);
+      return works_again;
     default:
       break;
   }
@@ -230,109 +267,45 @@ void SimulatedMachine::BeginOnDevice(const Fault& fault, DriverProcess& driver) 
   const bool turns = driver.bus().family->has_position && device != "clamp" && device != "joint1" &&
                      device != "hoist" && device != "boom";
   if (turns) driver.Set(device, "speed_rpm", Text("%.3f", 12 * (fault.amount - 0.5)), kSecond);
+  return {};
 }
 
-void SimulatedMachine::BeginOnNetwork(const Fault& fault) {
+SimulatedMachine::End SimulatedMachine::BeginOnNetwork(const Fault& fault) {
   NetworkFaults& network = network_.faults;
-  Host& host = HostAt(fault.target);
   switch (fault.kind) {
     case K::kNetworkLoss:
       network.loss = 0.8 * fault.amount;
-      return;
+      return [&network] { network.loss = 0; };
     case K::kDuplication:
       network.duplication = 0.5 * fault.amount;
-      return;
+      return [&network] { network.duplication = 0; };
     case K::kReordering:
       network.max_delay = static_cast<MonoNs>(fault.amount * 100e6);
       network.stragglers = fault.target % 2 == 0 ? 0.4 * fault.amount : 0;
-      return;
+      return [&network] {
+        network.max_delay = 0;
+        network.stragglers = 0;
+      };
     case K::kPartition:
       network.parted = true;
-      return;
-    case K::kAsymmetry:
-      network.asymmetry = static_cast<MonoNs>(fault.amount * 20e6);
-      return;
-    case K::kUtcStep:
-      host.clock.StepUtc(static_cast<std::int64_t>((fault.amount - 0.5) * 7'200e6));
-      return;
-    case K::kSlew:
-      host.clock.Slew((fault.amount - 0.5) * 1'800);
-      return;
+      return [&network] { network.parted = false; };
     default:
-      host.starved = static_cast<MonoNs>(fault.amount * 50e6);
-      return;
+      network.asymmetry = static_cast<MonoNs>(fault.amount * 20e6);
+      return [&network] { network.asymmetry = 0; };
   }
 }
 
-void SimulatedMachine::End(const Fault& fault) {
-  DriverProcess& driver = DriverAt(fault.target);
-  WireFaults& wire = driver.wire().faults;
+SimulatedMachine::End SimulatedMachine::BeginOnHost(const Fault& fault, Host& host) {
   switch (fault.kind) {
-    case K::kDriverKill:
-      if (!driver.runs()) driver.Start();
-      return;
-    case K::kBridgeKill:
-    case K::kBridgePowerCut:
-      if (!bridge_.runs()) bridge_.Start();
-      return;
-    case K::kJournalStall:
-      return bridge_.StallDisk(false);
-    case K::kRecorderKill:
-    case K::kRecorderPowerCut:
-      if (!recorder_.runs()) recorder_.Start();
-      return;
-    case K::kTimeKill:
-      if (!TimeAt(fault.target).runs()) TimeAt(fault.target).Start();
-      return;
-    case K::kNetworkLoss:
-      network_.faults.loss = 0;
-      return;
-    case K::kDuplication:
-      network_.faults.duplication = 0;
-      return;
-    case K::kReordering:
-      network_.faults.max_delay = 0;
-      network_.faults.stragglers = 0;
-      return;
-    case K::kPartition:
-      network_.faults.parted = false;
-      return;
-    case K::kAsymmetry:
-      network_.faults.asymmetry = 0;
-      return;
-    case K::kUnplug:
-      wire.unplugged = false;
-      return driver.wire().Follow();
-    case K::kNoise:
-      wire.noise = 0;
-      return;
-    case K::kLostReplies:
-      wire.loss = 0;
-      return;
-    case K::kStrayBytes:
-      wire.stray = 0;
-      return;
-    case K::kLateReplies:
-    case K::kOvertakingReplies:
-      wire.late = 0;
-      wire.scattered = false;
-      return;
-    case K::kDevicePower:
-    case K::kDeviceSilent:
-    case K::kDeviceGarbage: {
-      const std::vector<DeviceConfig>& devices = driver.bus().devices;
-      const std::string& device = devices[fault.target / 64 % devices.size()].name;
-      return fault.kind == K::kDevicePower ? driver.Set(device, "power", "on", 2 * kSecond)
-                                           : driver.Set(device, "fault", "none", 0);
-    }
+    case K::kUtcStep:
+      host.clock.StepUtc(static_cast<std::int64_t>((fault.amount - 0.5) * 7'200e6));
+      return {};
     case K::kSlew:
-      HostAt(fault.target).clock.Slew(0);
-      return;
-    case K::kStarvation:
-      HostAt(fault.target).starved = 0;
-      return;
+      host.clock.Slew((fault.amount - 0.5) * 1'800);
+      return [&host] { host.clock.Slew(0); };
     default:
-      return;
+      host.starved = static_cast<MonoNs>(fault.amount * 50e6);
+      return [&host] { host.starved = 0; };
   }
 }
 

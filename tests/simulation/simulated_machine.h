@@ -35,18 +35,18 @@ class SimulatedMachine {
 
   [[nodiscard]] const Promises& promises() const { return promises_; }
   [[nodiscard]] MonoNs now() const { return schedule_.now(); }
-  // A planted fault: the bridge's syncs are not carried out.
-  void IgnoreSyncs() { bridge_.disk().IgnoreSyncs(); }
 
  private:
   // Ends earlier after a breach, or when `done` is true.
   void RunUntil(MonoNs until, const std::function<bool()>& done);
-  void Begin(const Fault& fault);
-  void End(const Fault& fault);
-  void BeginOnProcess(const Fault& fault);
-  void BeginOnWire(const Fault& fault, DriverProcess& driver);
-  void BeginOnDevice(const Fault& fault, DriverProcess& driver);
-  void BeginOnNetwork(const Fault& fault);
+  // What ends a fault; empty: nothing does.
+  using End = std::function<void()>;
+  [[nodiscard]] End Begin(const Fault& fault);
+  [[nodiscard]] End BeginOnProcess(const Fault& fault);
+  [[nodiscard]] static End BeginOnWire(const Fault& fault, DriverProcess& driver);
+  [[nodiscard]] static End BeginOnDevice(const Fault& fault, DriverProcess& driver);
+  [[nodiscard]] End BeginOnNetwork(const Fault& fault);
+  [[nodiscard]] static End BeginOnHost(const Fault& fault, Host& host);
   void GiveCommands(MonoNs until);
   // Returns what does not work, or an empty text.
   [[nodiscard]] std::string Missing();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "drivers/hal/line_reader.h"
+#include "tests/support/can_transmit_queue.h"
 
 namespace axlecast::simulation {
 
@@ -33,7 +34,6 @@ std::vector<std::uint8_t> Wire::Damaged(Bytes bytes) {
   if (damaged.empty() || !random_.Happens(faults.noise)) return damaged;
   std::uint8_t& byte = damaged[random_.Index(damaged.size())];
   byte = static_cast<std::uint8_t>(byte ^ 1U << random_.Index(8));
-  ++faults.changed;
   return damaged;
 }
 
@@ -41,7 +41,6 @@ Simulator::Transmit Wire::Transmit() {
   return [this](Bytes bytes) {
     if (faults.unplugged) return;
     if (random_.Happens(faults.loss)) {
-      ++faults.changed;
       return;
     }
     const std::vector<std::uint8_t> arrives = Damaged(bytes);
@@ -51,13 +50,27 @@ Simulator::Transmit Wire::Transmit() {
 
 void Wire::Arrive(std::vector<std::uint8_t> bytes) {
   MonoNs at = schedule_.now() + random_.Time(0, faults.late);
-  if (at > schedule_.now()) ++faults.changed;
   if (!faults.scattered) at = std::max(at, last_arrival_);
   last_arrival_ = std::max(at, last_arrival_);
   if (at == schedule_.now()) return OnArrival(bytes);
   schedule_.At(at, [this, bytes = std::move(bytes)] {
     if (!faults.unplugged) OnArrival(bytes);
   });
+}
+
+Link::Status Wire::WaitFor(const std::function<std::optional<Link::Status>()>& done, MonoNs until) {
+  woken_ = false;
+  for (;;) {
+    if (const auto status = done()) return *status;
+    if (woken_) return Link::Status::kWoken;
+    if (host_.clock.Now() >= until) return Link::Status::kTimeout;
+    thread_.SleepUntil(until);
+  }
+}
+
+void Wire::WakeThread() {
+  woken_ = true;
+  thread_.Wake();
 }
 
 namespace {
@@ -109,19 +122,15 @@ class SerialWire final : public Wire, public ByteLink, public PulseLines {
     return {count > 0 ? Status::kOk : Status::kTimeout, count};
   }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    woken_ = false;
-    for (;;) {
-      if (open_ && faults.unplugged) return Status::kLost;
-      if (open_ && !received_.empty()) return Status::kOk;
-      if (woken_) return Status::kWoken;
-      if (host_.clock.Now() >= until) return Status::kTimeout;
-      thread_.SleepUntil(until);
-    }
+    return WaitFor(
+        [this]() -> std::optional<Status> {
+          if (open_ && faults.unplugged) return Status::kLost;
+          if (open_ && !received_.empty()) return Status::kOk;
+          return std::nullopt;
+        },
+        until);
   }
-  void Wake() override {
-    woken_ = true;
-    thread_.Wake();
-  }
+  void Wake() override { WakeThread(); }
   [[nodiscard]] LineErrors Errors() const override { return {}; }
   [[nodiscard]] bool Pulse(std::uint8_t line, MonoNs low) override {
     if (Gone()) return false;
@@ -143,11 +152,10 @@ class SerialWire final : public Wire, public ByteLink, public PulseLines {
 
   const std::int64_t baud_;
   bool open_ = false;
-  bool woken_ = false;
   std::deque<std::uint8_t> received_;
 };
 
-// A CAN bus. As with a real controller, a frame that no node acknowledges is sent again and again, also beyond Close.
+// A CAN bus.
 class CanWire final : public Wire, public FrameLink {
  public:
   CanWire(const BusConfig& bus, Schedule& schedule, Host& host, ProcessThread& thread, Simulator& simulator,
@@ -158,32 +166,28 @@ class CanWire final : public Wire, public FrameLink {
 
   [[nodiscard]] Result<> Open() override {
     if (faults.unplugged) {
-      waiting_.clear();
+      queue_.Clear();
       return Failure("unplugged: plug it in");
     }
     open_ = true;
     received_.clear();
-    counts_ = {};
+    queue_.Open();
     simulator_.OnBaud(bitrate_);
     Follow();
     return {};
   }
   void Close() override {
     open_ = false;
-    for (Waiting& waiting : waiting_) waiting.own = false;
+    queue_.Close();
   }
   void Release() override { Close(); }
   [[nodiscard]] bool IsOpen() const override { return open_; }
   [[nodiscard]] SendResult Send(const CanFrame& frame) override {
     if (Gone()) return SendResult::kLost;
-    if (waiting_.size() >= kQueue) {
-      ++counts_.queue_full;
-      return SendResult::kFull;
-    }
-    ++counts_.pending;
-    waiting_.push_back({.frame = frame});
-    if (waiting_.size() == 1) SendWaiting();
-    return SendResult::kQueued;
+    const bool first = queue_.empty();
+    const SendResult result = queue_.Add(frame);
+    if (first) SendWaiting();
+    return result;
   }
   [[nodiscard]] Status Receive(Received& received) override {
     if (Gone()) return Status::kLost;
@@ -192,61 +196,32 @@ class CanWire final : public Wire, public FrameLink {
     received_.pop_front();
     return Status::kOk;
   }
-  [[nodiscard]] CanController Controller() override {
-    CanController controller = counts_;
-    if (Gone()) return controller;
-    controller.state = waiting_.empty() ? CanController::State::kActive : CanController::State::kPassive;
-    controller.tec = waiting_.empty() ? 0 : 128;
-    controller.rec = 0;
-    controller.bitrate = bitrate_;
-    return controller;
-  }
+  [[nodiscard]] CanController Controller() override { return queue_.Controller(!Gone(), bitrate_); }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    woken_ = false;
-    for (;;) {
-      if (open_ && faults.unplugged) return Status::kLost;
-      if (open_ && !received_.empty()) return Status::kOk;
-      if (woken_) return Status::kWoken;
-      if (host_.clock.Now() >= until) return Status::kTimeout;
-      thread_.SleepUntil(until);
-    }
+    return WaitFor(
+        [this]() -> std::optional<Status> {
+          if (open_ && faults.unplugged) return Status::kLost;
+          if (open_ && !received_.empty()) return Status::kOk;
+          return std::nullopt;
+        },
+        until);
   }
-  void Wake() override {
-    woken_ = true;
-    thread_.Wake();
-  }
+  void Wake() override { WakeThread(); }
   [[nodiscard]] LineErrors Errors() const override { return {}; }
 
  private:
-  static constexpr std::size_t kQueue = 11;  // the frame in the controller, and ten in the interface's queue
-  static constexpr MonoNs kSendAgain = kMillisecond;
-  struct Waiting {
-    CanFrame frame;
-    bool own = true;     // sent since Open
-    bool tried = false;  // and nobody has acknowledged it
-  };
-
   [[nodiscard]] bool Gone() const { return !open_ || faults.unplugged; }
   void SendWaiting() {
-    while (!waiting_.empty() && Offer(waiting_.front())) waiting_.pop_front();
+    queue_.Send(
+        simulator_, host_.clock.Now(), [this](const CanFrame& frame, bool own) { ArriveFrame(frame, own); },
+        Transmit());
     Follow();
-    if (waiting_.empty() || again_) return;
+    if (queue_.empty() || again_) return;
     again_ = true;
-    schedule_.After(kSendAgain, [this] {
+    schedule_.After(CanTransmitQueue::kSendAgain, [this] {
       again_ = false;
       if (!faults.unplugged) SendWaiting();
     });
-  }
-  [[nodiscard]] bool Offer(Waiting& waiting) {
-    std::vector<CanPacket> answers;  // come after what they answer
-    const bool acknowledged = simulator_.OnFrame(waiting.frame, host_.clock.Now(),
-                                                 [&answers](Bytes bytes) { answers.emplace_back(bytes); });
-    if (acknowledged) ArriveFrame(waiting.frame, waiting.own);
-    if (acknowledged && waiting.own) --counts_.pending;
-    if (!acknowledged && waiting.own && !waiting.tried) ++counts_.unacknowledged;
-    waiting.tried = true;
-    for (const CanPacket& packet : answers) Transmit()(packet);
-    return acknowledged;
   }
   // The controller finds it by the CRC of the frame.
   [[nodiscard]] bool ArrivesDamaged() const override { return false; }
@@ -263,11 +238,9 @@ class CanWire final : public Wire, public FrameLink {
 
   const std::int64_t bitrate_;
   bool open_ = false;
-  bool woken_ = false;
   bool again_ = false;
-  std::deque<Waiting> waiting_;
+  CanTransmitQueue queue_;
   std::deque<Received> received_;
-  CanController counts_;
 };
 
 // An SPI bus: a transfer takes the time of its clocks. Without an encoder, the data line rests high.
@@ -308,24 +281,14 @@ class SpiWire final : public Wire, public ClockedLink {
     return ReadNow(into);
   }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    woken_ = false;
-    for (;;) {
-      if (HasBytes()) return Status::kOk;
-      if (woken_) return Status::kWoken;
-      if (host_.clock.Now() >= until) return Status::kTimeout;
-      thread_.SleepUntil(until);
-    }
+    return WaitFor([this] { return HasBytes() ? std::optional(Status::kOk) : std::nullopt; }, until);
   }
-  void Wake() override {
-    woken_ = true;
-    thread_.Wake();
-  }
+  void Wake() override { WakeThread(); }
 
  private:
   void OnArrival(Bytes /*bytes*/) override {}  // it sends only while it is clocked
 
   bool open_ = false;
-  bool woken_ = false;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/config/machine_config.h"
+#include "core/device/link.h"
 #include "core/device/simulator.h"
 #include "drivers/runtime/process/driver.h"
 #include "tests/simulation/host.h"
@@ -18,13 +19,12 @@ namespace axlecast::simulation {
 // What the cable between a driver and its devices does.
 struct WireFaults {
   bool unplugged = false;
-  double noise =
-      0;  // share of the transmissions from devices of which one bit is inverted: every protocol can detect that
-  double loss = 0;           // share of transmissions from devices
-  double stray = 0;          // share of transmissions after which a random byte follows
-  MonoNs late = 0;           // transmissions from devices arrive up to so much later
-  bool scattered = false;    // later ones may overtake
-  std::int64_t changed = 0;  // transmissions that were damaged, lost or delayed
+  // Share of the transmissions from devices of which one bit is inverted: every protocol can detect that.
+  double noise = 0;
+  double loss = 0;         // share of transmissions from devices
+  double stray = 0;        // share of transmissions after which a random byte follows
+  MonoNs late = 0;         // transmissions from devices arrive up to so much later
+  bool scattered = false;  // later ones may overtake
 };
 
 // A wire with simulated devices at its end. The devices act at their time, whatever the driver does. The simulator's time is
@@ -54,6 +54,10 @@ class Wire {
   [[nodiscard]] Simulator::Transmit Transmit();
   [[nodiscard]] std::vector<std::uint8_t> Damaged(Bytes bytes);
 
+  // From the driver's thread: sleeps until `done` returns a status, until WakeThread, or until then.
+  [[nodiscard]] Link::Status WaitFor(const std::function<std::optional<Link::Status>()>& done, MonoNs until);
+  void WakeThread();
+
   Schedule& schedule_;
   Host& host_;
   ProcessThread& thread_;
@@ -63,6 +67,7 @@ class Wire {
  private:
   void Arrive(std::vector<std::uint8_t> bytes);
 
+  bool woken_ = false;
   std::int64_t follows_ = 0;  // the newest planned action is valid
   MonoNs planned_ = kNever;
   MonoNs last_arrival_ = 0;

@@ -1,60 +1,38 @@
 #include "tests/support/simulator_frame_link.h"
 
 #include <algorithm>
-#include <vector>
 
 namespace axlecast {
-namespace {
-
-constexpr std::size_t kQueue = 11;  // the frame in the controller, and ten in the interface's queue
-constexpr MonoNs kSendAgain = kMillisecond;
-
-}  // namespace
 
 Result<> SimulatorFrameLink::Open() {
   if (!plugged()) {
-    waiting_.clear();
+    queue_.Clear();
     return Failure("unplugged: plug it in");
   }
   open_ = true;
   received_.clear();
-  counts_ = {};
+  queue_.Open();
   simulator_.OnBaud(bitrate_);
   return {};
 }
 
 void SimulatorFrameLink::Close() {
   open_ = false;
-  for (Waiting& waiting : waiting_) waiting.own = false;
+  queue_.Close();
 }
 
 FrameLink::SendResult SimulatorFrameLink::Send(const CanFrame& frame) {
   if (Gone()) return SendResult::kLost;
   CountWrite();
-  if (waiting_.size() >= kQueue) {
-    ++counts_.queue_full;
-    return SendResult::kFull;
-  }
-  ++counts_.pending;
-  waiting_.push_back({.frame = frame});
-  if (waiting_.size() == 1) SendWaiting();
-  return SendResult::kQueued;
+  const bool first = queue_.empty();
+  const SendResult result = queue_.Add(frame);
+  if (first) SendWaiting();
+  return result;
 }
 
 void SimulatorFrameLink::SendWaiting() {
-  while (!waiting_.empty() && Offer(waiting_.front())) waiting_.pop_front();
-}
-
-bool SimulatorFrameLink::Offer(Waiting& waiting) {
-  std::vector<CanPacket> answers;  // come after what they answer
-  const auto answer = [&answers](Bytes bytes) { answers.emplace_back(bytes); };
-  const bool acknowledged = simulator_.OnFrame(waiting.frame, clock_.Now(), answer);
-  if (acknowledged) ArriveFrame(waiting.frame, waiting.own);
-  if (acknowledged && waiting.own) --counts_.pending;
-  if (!acknowledged && waiting.own && !waiting.tried) ++counts_.unacknowledged;
-  waiting.tried = true;
-  for (const CanPacket& packet : answers) Arrive()(packet);
-  return acknowledged;
+  queue_.Send(
+      simulator_, clock_.Now(), [this](const CanFrame& frame, bool own) { ArriveFrame(frame, own); }, Arrive());
 }
 
 void SimulatorFrameLink::ArriveFrame(const CanFrame& frame, bool own) {
@@ -80,16 +58,7 @@ FrameLink::Status SimulatorFrameLink::Receive(Received& received) {
   return Status::kOk;
 }
 
-CanController SimulatorFrameLink::Controller() {
-  CanController controller = counts_;
-  if (Gone()) return controller;
-  const bool unheard = !waiting_.empty();
-  controller.state = unheard ? CanController::State::kPassive : CanController::State::kActive;
-  controller.tec = unheard ? 128 : 0;
-  controller.rec = 0;
-  controller.bitrate = bitrate_;
-  return controller;
-}
+CanController SimulatorFrameLink::Controller() { return queue_.Controller(!Gone(), bitrate_); }
 
 FrameLink::Status SimulatorFrameLink::Wait(MonoNs until) {
   CountWait(clock_.Now());
@@ -101,7 +70,7 @@ FrameLink::Status SimulatorFrameLink::Wait(MonoNs until) {
 // Until then, or until a frame has come.
 void SimulatorFrameLink::RunUntil(MonoNs until) {
   while (received_.empty() || !open_) {
-    const MonoNs again = waiting_.empty() ? kNever : clock_.Now() + kSendAgain;
+    const MonoNs again = queue_.empty() ? kNever : clock_.Now() + CanTransmitQueue::kSendAgain;
     const MonoNs due = std::min(simulator_.NextDue(), again);
     if (due > until) break;
     clock_.MoveTo(std::max(clock_.Now(), due));

@@ -7,6 +7,7 @@
 #include "core/device/link.h"
 #include "core/device/simulator.h"
 #include "tests/support/cable.h"
+#include "tests/support/can_transmit_queue.h"
 #include "tests/support/fake_clock.h"
 
 namespace axlecast {
@@ -30,26 +31,18 @@ class SimulatorFrameLink final : public FrameLink, public Cable {
   [[nodiscard]] LineErrors Errors() const override { return {}; }
 
  private:
-  struct Waiting {
-    CanFrame frame;
-    bool own = true;     // sent since Open
-    bool tried = false;  // and nobody has acknowledged it
-  };
-
   [[nodiscard]] bool Gone() const { return !open_ || !plugged(); }
   [[nodiscard]] Simulator::Transmit Arrive();
   void ArriveFrame(const CanFrame& frame, bool own);
   void SendWaiting();
-  [[nodiscard]] bool Offer(Waiting& waiting);
   void RunUntil(MonoNs until);
 
   FakeClock& clock_;
   Simulator& simulator_;
   const std::int64_t bitrate_;
   bool open_ = false;
-  std::deque<Waiting> waiting_;
+  CanTransmitQueue queue_;
   std::deque<Received> received_;
-  CanController counts_;
 };
 
 }  // namespace axlecast
