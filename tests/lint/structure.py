@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # An external world: the pattern that reaches it, and the only files that may.
 WORLDS = [
-    ("LCM", r"#include [<\"]lcm/lcm[.-]", r"platform/net/(lcm_port|group_sender_test)\.cpp|client/example/.*|bench/.*"),
+    ("LCM", r"#include [<\"]lcm/lcm[.-]", r"platform/net/(lcm_port|group_sender_test)\.cpp|tests/differential/.*|client/example/.*|bench/.*"),
     ("LCM's datagrams", r"IP_ADD_MEMBERSHIP|\brecvmmsg", r"platform/net/(multicast_port|group_socket)\.cpp|bench/.*"),
     ("serial line", r"termios|termbits|\bTIOC[A-Z]+",
      r"(drivers/hal/(serial_port|adapter|pty|line_guard)(_test)?|platform/os/terminal(_test)?)\.(cpp|h)|bench/.*"),
