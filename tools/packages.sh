@@ -17,8 +17,10 @@ packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev 
 packages_process="libfaketime spin x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
-  mbpoll tshark python3-can python3-jsonschema chromium chromium-driver prometheus nftables
+  mbpoll tshark python3-can python3-jsonschema python3-pandas python3-prometheus-client chromium chromium-driver prometheus nftables
   $packages_vm"
+# What only tools/campaign starts: llvm-cov, and the picture of a soak.
+packages_campaign="llvm-14 gnuplot-nox"
 # The tests have MCAP's own reader (tests/convert/mcap_reader) and uPlot from npm; Node.js of another origin brings npm along.
 # A build without npm is a build without the curves of axlecast web.
 command -v npm >/dev/null || packages_test="$packages_test nodejs npm"
