@@ -68,6 +68,17 @@ ssize_t WriteAtPosition(int file, const void* bytes, const Call& call) {
   });
 }
 
+template <typename Own>
+ssize_t WriteAt(int file, const void* bytes, std::size_t size, off_t offset, Own own) {
+  if (const auto planted = FileCalls::TakePlantedWrite()) {
+    if (*planted <= 0) return *planted;
+    size = std::min(size, static_cast<std::size_t>(*planted));
+  }
+  return Recorded(
+      [&] { return own(file, bytes, size, offset); },
+      [&](ssize_t written) { FileCalls::Wrote(file, offset, bytes, static_cast<std::size_t>(written)); });
+}
+
 }  // namespace
 }  // namespace axlecast
 
@@ -149,24 +160,12 @@ ssize_t writev(int file, const iovec* parts, int count) {
 
 ssize_t pwrite(int file, const void* bytes, size_t size, off_t offset) {
   static auto* const kOwn = AXLECAST_OWN(pwrite);
-  if (const auto planted = FileCalls::TakePlantedWrite()) {
-    if (*planted <= 0) return *planted;
-    size = std::min(size, static_cast<size_t>(*planted));
-  }
-  return Recorded(
-      [&] { return kOwn(file, bytes, size, offset); },
-      [&](ssize_t written) { FileCalls::Wrote(file, offset, bytes, static_cast<std::size_t>(written)); });
+  return axlecast::WriteAt(file, bytes, size, offset, kOwn);
 }
 
 ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t offset) {
   static auto* const kOwn = AXLECAST_OWN(pwrite64);
-  if (const auto planted = FileCalls::TakePlantedWrite()) {
-    if (*planted <= 0) return *planted;
-    size = std::min(size, static_cast<size_t>(*planted));
-  }
-  return Recorded(
-      [&] { return kOwn(file, bytes, size, offset); },
-      [&](ssize_t written) { FileCalls::Wrote(file, offset, bytes, static_cast<std::size_t>(written)); });
+  return axlecast::WriteAt(file, bytes, size, offset, kOwn);
 }
 
 int ftruncate(int file, off_t size) noexcept {

@@ -12,7 +12,6 @@ set yrange [0:*]
 set ylabel "valid readings/s"
 last_s = 0; last_valid = 0
 rate(s, valid) = (r = s > last_s ? (valid - last_valid) / (s - last_s) : 0, last_s = s, last_valid = valid, r)
-set arrow 1 from graph 0,0 to graph 0,0 nohead
 plot csv using 1:(rate($1, $2)) with lines
 set ylabel "lost readings"
 plot csv using 1:3 with lines

@@ -58,10 +58,11 @@ void Wire::Arrive(std::vector<std::uint8_t> bytes) {
   });
 }
 
-Link::Status Wire::WaitFor(const std::function<std::optional<Link::Status>()>& done, MonoNs until) {
+Link::Status Wire::WaitFor(const std::function<bool()>& arrived, bool can_be_lost, MonoNs until) {
   woken_ = false;
   for (;;) {
-    if (const auto status = done()) return *status;
+    if (can_be_lost && faults.unplugged) return Link::Status::kLost;
+    if (arrived()) return Link::Status::kOk;
     if (woken_) return Link::Status::kWoken;
     if (host_.clock.Now() >= until) return Link::Status::kTimeout;
     thread_.SleepUntil(until);
@@ -122,13 +123,7 @@ class SerialWire final : public Wire, public ByteLink, public PulseLines {
     return {count > 0 ? Status::kOk : Status::kTimeout, count};
   }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    return WaitFor(
-        [this]() -> std::optional<Status> {
-          if (open_ && faults.unplugged) return Status::kLost;
-          if (open_ && !received_.empty()) return Status::kOk;
-          return std::nullopt;
-        },
-        until);
+    return WaitFor([this] { return open_ && !received_.empty(); }, open_, until);
   }
   void Wake() override { WakeThread(); }
   [[nodiscard]] LineErrors Errors() const override { return {}; }
@@ -198,13 +193,7 @@ class CanWire final : public Wire, public FrameLink {
   }
   [[nodiscard]] CanController Controller() override { return queue_.Controller(!Gone(), bitrate_); }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    return WaitFor(
-        [this]() -> std::optional<Status> {
-          if (open_ && faults.unplugged) return Status::kLost;
-          if (open_ && !received_.empty()) return Status::kOk;
-          return std::nullopt;
-        },
-        until);
+    return WaitFor([this] { return open_ && !received_.empty(); }, open_, until);
   }
   void Wake() override { WakeThread(); }
   [[nodiscard]] LineErrors Errors() const override { return {}; }
@@ -281,7 +270,7 @@ class SpiWire final : public Wire, public ClockedLink {
     return ReadNow(into);
   }
   [[nodiscard]] Status Wait(MonoNs until) override {
-    return WaitFor([this] { return HasBytes() ? std::optional(Status::kOk) : std::nullopt; }, until);
+    return WaitFor([this] { return HasBytes(); }, false, until);
   }
   void Wake() override { WakeThread(); }
 

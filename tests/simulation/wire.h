@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "core/config/machine_config.h"
@@ -54,8 +53,9 @@ class Wire {
   [[nodiscard]] Simulator::Transmit Transmit();
   [[nodiscard]] std::vector<std::uint8_t> Damaged(Bytes bytes);
 
-  // From the driver's thread: sleeps until `done` returns a status, until WakeThread, or until then.
-  [[nodiscard]] Link::Status WaitFor(const std::function<std::optional<Link::Status>()>& done, MonoNs until);
+  // From the driver's thread: sleeps until `arrived` is true, until WakeThread, or until then. `can_be_lost`: it notices that it is
+  // unplugged.
+  [[nodiscard]] Link::Status WaitFor(const std::function<bool()>& arrived, bool can_be_lost, MonoNs until);
   void WakeThread();
 
   Schedule& schedule_;
