@@ -27,6 +27,10 @@ class AlarmShelves {
 
   [[nodiscard]] const Shelf* Find(std::string_view alarm) const;
   [[nodiscard]] bool IsFull() const { return shelves_.size() >= kMax; }
+  // Returns why a full table accepts no further alarm, and what to do.
+  [[nodiscard]] static std::string FullText() {
+    return std::to_string(kMax) + " alarms of this device are shelved: unshelve some first";
+  }
   // In the place of the one that there is.
   void Put(Shelf shelf);
   // False when there was none.
