@@ -98,6 +98,7 @@ class Cia406Device final : public CommandDevice<Procedure> {
         break;
       default:
         if (event.kind == Event::Kind::kNotSent) OnNotSent(event);
+        if (runner_.busy() && interpreter_.IsBootUp(event)) runner_.procedure().OnRestarted();
         AdvanceProcedure(interpreter_.Evaluate(event), now);
         break;
     }

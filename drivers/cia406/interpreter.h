@@ -69,6 +69,11 @@ class Interpreter {
     return evaluation.result;
   }
 
+  // Returns whether the event is the node's boot-up message.
+  [[nodiscard]] bool IsBootUp(const Event& event) const {
+    return event.kind == Event::Kind::kFrame && event.id == kHeartbeatId + settings_.node &&
+           ParseHeartbeat(event.bytes) == NmtState::kBootUp;
+  }
   // Returns whether the node is the configured encoder, and answers.
   [[nodiscard]] bool running() const { return stage_ == Stage::kRunning; }
   [[nodiscard]] const SdoClient& client() const { return client_; }

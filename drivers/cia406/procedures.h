@@ -57,6 +57,8 @@ class Procedure : public CommandProcedure {
   virtual void OnStarted([[maybe_unused]] const SdoRequest& request, [[maybe_unused]] MonoNs now) {}
   // It was not sent: the controller's queue is full.
   virtual void OnNotSent() {}
+  // The encoder has restarted (boot-up message).
+  virtual void OnRestarted() {}
   // Any transfer of the node has ended, also one for another purpose.
   virtual std::optional<Outcome> OnResult(const SdoResult& result) = 0;
   // Time has passed.
@@ -260,8 +262,11 @@ class PresetProcedure final : public WriteProcedure {
   std::optional<Outcome> OnResult(const SdoResult& result) override {
     if (stage_ == Stage::kSent && result.request.object == kPreset) return OnWritten(result);
     if (result.request.object != kPosition || result.request.write) return std::nullopt;
-    return result.kind == SdoResult::Kind::kTimedOut ? OnTime(result.received.last) : OnRead(result);
+    if (result.kind != SdoResult::Kind::kTimedOut) return OnRead(result);
+    interrupted_ = interrupted_ || stage_ == Stage::kVerify;
+    return OnTime(result.received.last);
   }
+  void OnRestarted() override { interrupted_ = interrupted_ || touched(); }
   std::optional<Outcome> OnTime(MonoNs now) override {
     if (stage_ == Stage::kWrite && !AtRest(output_, now)) return NotAtRest(output_.MotionAt(now));
     if (now < deadline_) return std::nullopt;
@@ -315,7 +320,8 @@ class PresetProcedure final : public WriteProcedure {
     const bool near = IsNear(position, target_, settings_);
     if (!near && ++readings_ < kMaxReadings) return std::nullopt;
     const std::string was = Text("the position was %u and reads %u, set to %u", before_, position, target_);
-    Outcome outcome = near ? ReadBackOutcome({.same_before = SameBefore(), .confirmed = confirmed_}, was)
+    const ReadBack read_back = {.same_before = SameBefore(), .confirmed = confirmed_, .interrupted = interrupted_};
+    Outcome outcome = near ? ReadBackOutcome(read_back, was)
                            : Final(CommandState::kFailed, command_status_t::REASON_READ_BACK_DIFFERS,
                                    was + ": hold the axis; does the encoder accept a preset?");
     return WithBefore(std::move(outcome), std::to_string(position));
@@ -333,8 +339,9 @@ class PresetProcedure final : public WriteProcedure {
   const DeviceOutput& output_;
   MonoNs effect_from_ = 0;
   std::uint32_t before_ = 0;
-  bool confirmed_ = false;  // the encoder confirmed the write
-  int readings_ = 0;        // after the write
+  bool confirmed_ = false;    // the encoder confirmed the write
+  bool interrupted_ = false;  // a reading after the write failed, or the encoder restarted
+  int readings_ = 0;          // after the write
 };
 
 }  // namespace axlecast::cia406

@@ -38,5 +38,26 @@ TEST_F(VerifiedOutcomeTest, WithoutAnswerAndWithoutAVisibleEffectItIsIndetermina
   EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
 }
 
+// It read the same before, and was silent or restarted after it had confirmed the write: it may have stored nothing.
+TEST_F(VerifiedOutcomeTest, ANodeThatWasSilentAfterItsConfirmationMayHaveStoredNothing) {
+  for (const bool restarts : {false, true}) {
+    devices_.clear();
+    Build({"node: 5, bits: 13, turn_bits: 12, period_ms: 10, sdo_timeout_ms: 30, preset_settle_ms: 100"}, 0,
+          "boot_ms: 5");
+    RunFor(kSecond);
+    devices_[0]->Begin({.id = {}, .operation = "zero", .arguments = {}}, clock_.Now());
+    while (node().counters().presets == 0) RunFor(100 * kMicrosecond);
+    RunFor(20 * kMillisecond);
+    ASSERT_EQ(output().outcomes.back().second.state, CommandState::kRunning) << "the write is confirmed";
+    Set("power", "off");
+    RunFor(restarts ? 5 * kMillisecond : 200 * kMillisecond);
+    Set("power", "on");
+    RunFor(5 * kSecond);
+    const Outcome& outcome = output().outcomes.back().second;
+    EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
+    EXPECT_LE(outcome.text.size(), 200U);
+  }
+}
+
 }  // namespace
 }  // namespace axlecast::cia406

@@ -66,11 +66,15 @@ const OperationSpec* FindOperation(std::span<const OperationSpec> operations, st
 
 Outcome ReadBackOutcome(const ReadBack& read_back, std::string text) {
   if (!read_back.same_before) return Verified(std::move(text));
-  if (read_back.confirmed) {
+  if (read_back.confirmed && !read_back.interrupted) {
     return Succeeded(false, std::move(text) + ": as before; the device confirmed it, no effect can be seen");
   }
-  return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
-               std::move(text) + ": as before, and nothing confirms that it was taken");
+  return Final(
+      CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
+      std::move(text) + (read_back.confirmed
+                             ? ": as before; the device confirmed it, but it was silent before this reading "
+                               "and may have stored nothing"
+                             : ": as before, and nothing confirms that it was taken"));
 }
 
 bool CannotBeToldApart(std::int64_t before, std::int64_t wanted, std::int64_t tolerance, std::int64_t range) {

@@ -47,12 +47,14 @@ struct DeviceSettings;
 struct ReadBack {
   bool same_before = false;  // the reading before was the same, or too near to distinguish the two
   bool confirmed = false;    // the device confirmed the operation, by a reply that has no other meaning
+  // A reading after the operation failed, or the device restarted: its power may have failed before it stored the result.
+  bool interrupted = false;
 };
 
 // The outcome of an operation after which the device reads as it should:
 // - it read differently before: SUCCEEDED, verified;
 // - it read the same before, and the device confirmed the operation: SUCCEEDED, not verified;
-// - it read the same before, and nothing confirms the operation: INDETERMINATE.
+// - it read the same before, and nothing confirms the operation, or it was interrupted: INDETERMINATE.
 [[nodiscard]] Outcome ReadBackOutcome(const ReadBack& read_back, std::string text);
 
 // A value within `tolerance` of `wanted` counts as read back. Returns whether `before` is so near to `wanted` that a
@@ -68,9 +70,10 @@ inline constexpr const char* kCannotTell = "cannot_tell";
 [[nodiscard]] inline const char* FindingWord(bool reads_as_after) {
   return reads_as_after ? kReadsAsAfter : kNoEffectSeen;
 }
-// A shaft that turns may have left the place where it was zeroed.
-[[nodiscard]] inline const char* FindingWord(bool reads_as_after, bool at_rest) {
-  return reads_as_after ? kReadsAsAfter : at_rest ? kNoEffectSeen : kCannotTell;
+// `lasts`: nothing can have undone the effect since. A shaft that turns may have left the place where it was zeroed, and an alarm
+// that was cleared is latched again by its cause.
+[[nodiscard]] inline const char* FindingWord(bool reads_as_after, bool lasts) {
+  return reads_as_after ? kReadsAsAfter : lasts ? kNoEffectSeen : kCannotTell;
 }
 [[nodiscard]] Change FindingChange(const char* word);
 

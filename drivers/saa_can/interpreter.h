@@ -110,6 +110,7 @@ class Interpreter {
   struct Evaluation {
     std::optional<Reading> reading;
     std::optional<Command> acknowledged;  // withheld: the reply to this command, or a position that looks like it
+    bool overdue = false;                 // no position came in time
   };
   Evaluation Evaluate(const Event& event) {
     now_ = std::max(now_, event.End());
@@ -135,7 +136,7 @@ class Interpreter {
       default:
         break;
     }
-    ReportOverdue(event);
+    evaluation.overdue = ReportOverdue(event);
     return evaluation;
   }
 
@@ -223,19 +224,19 @@ class Interpreter {
     answering_ = true;
     silent_in_a_row_ = 0;
     if (settings_.mode == Mode::kCyclic) monitor_.Arrived(now_);
-    if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command};
+    if (const auto command = Withhold(event)) return {.reading = {}, .acknowledged = command, .overdue = false};
     const std::optional<PositionRequest> request = TakeAnswered();
     const Position position = ParsePosition(event.bytes, settings_.format);
     Reading reading{.error = {}, .counts = position.counts, .at = event.received};
     if (position.error != PositionError::kNone) {
       reading.error = position.error == PositionError::kShort ? ErrorKind::kShort : ErrorKind::kRange;
       output_.OnError(*reading.error, event.received);
-      return {.reading = reading, .acknowledged = {}};
+      return {.reading = reading, .acknowledged = {}, .overdue = false};
     }
     reading.at = SampledAt(event, request);
     if (jumping_ && reading.at.first >= effect_from_) EndJump();
     output_.OnSample({.at = reading.at, .counts = reading.counts});
-    return {.reading = reading, .acknowledged = {}};
+    return {.reading = reading, .acknowledged = {}, .overdue = false};
   }
   [[nodiscard]] std::optional<Command> Withhold(const Event& event) {
     for (const Command command : kAcknowledged) {
@@ -251,22 +252,25 @@ class Interpreter {
     }
     return std::nullopt;
   }
-  void ReportOverdue(const Event& event) {
+  // Returns whether a position has become overdue.
+  bool ReportOverdue(const Event& event) {
     if (settings_.mode == Mode::kCyclic) {
-      if (!monitor_.FellSilent(now_)) return;
+      if (!monitor_.FellSilent(now_)) return false;
       ++silent_in_a_row_;
       answering_ = false;
       output_.OnError(ErrorKind::kSilent, event.received);
-      return;
+      return true;
     }
-    if (!request_) return;
-    if (!request_->missed && now_ >= request_->at + settings_.timeout) {
+    if (!request_) return false;
+    const bool overdue = !request_->missed && now_ >= request_->at + settings_.timeout;
+    if (overdue) {
       request_->missed = true;
       if (++silent_in_a_row_ >= kGone) answering_ = false;
       output_.OnError(ErrorKind::kTimeout, event.received);
     }
     // Until then the answer may come late, and could be taken for that to another request.
     if (now_ >= request_->at + late_) request_.reset();
+    return overdue;
   }
   void OnAcknowledged(Command command) {
     if (command != Command::kPeriod || per_second_sent_ == 0 || settings_.mode != Mode::kCyclic) return;

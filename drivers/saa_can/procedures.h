@@ -65,6 +65,7 @@ class Zero final : public OneFrameProcedure {
   std::optional<Outcome> AfterDelivery(const Event&, const Interpreter::Evaluation& evaluation,
                                        MonoNs now) override {
     const auto& reading = evaluation.reading;
+    interrupted_ = interrupted_ || evaluation.overdue || (reading && reading->error);
     if (reading && !reading->error && reading->at.first >= context_.interpreter.effect_from()) {
       if (IsNearZero(reading->counts, context_.settings) || ++readings_ >= kMaxReadings)
         return Verify(reading->counts);
@@ -94,7 +95,8 @@ class Zero final : public OneFrameProcedure {
     }
     const bool may_be_position = LooksLikeReply(before_, Command::kZero, context_.settings);
     const char* reply = may_be_position && acknowledged_ ? "what came as its reply may be a position" : ReplyText();
-    const ReadBack read_back = {.same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position};
+    const ReadBack read_back = {
+        .same_before = SameBefore(), .confirmed = acknowledged_ && !may_be_position, .interrupted = interrupted_};
     return WithCounts(ReadBackOutcome(read_back, text + "; " + reply), after);
   }
   [[nodiscard]] Outcome WithCounts(Outcome outcome, const std::string& after) const {
@@ -103,6 +105,7 @@ class Zero final : public OneFrameProcedure {
   }
 
   int readings_ = 0;
+  bool interrupted_ = false;  // a position after the frame did not come, or was damaged
 };
 
 // Sets the counting direction (22 NN, SAA manual 5.4.1 (3) ④⑤) with the byte from the configuration. The reply shows that

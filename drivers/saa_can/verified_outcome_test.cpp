@@ -28,5 +28,20 @@ TEST(VerifiedOutcome, AZeroIsVerifiedOnlyWhereItsEffectCanBeSeen) {
   }
 }
 
+// It read 0 before, and was silent after it had confirmed the zero: it may have stored nothing.
+TEST(VerifiedOutcome, AnEncoderThatWasSilentAfterItsReplyMayHaveStoredNothing) {
+  SimulatedBus bus("a: {bits: 14}", "a: {start_deg: 0}");
+  bus.Run(kSecond);
+  bus.Begin("zero");
+  while (bus.State("a", "zeroings") == "0") bus.Run(kMillisecond);
+  bus.Run(2 * kMillisecond);
+  bus.Set("a", "power", "off");
+  bus.Run(kSecond);
+  bus.Set("a", "power", "on");
+  const Outcome outcome = bus.Finish();
+  EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
+  EXPECT_LE(outcome.text.size(), 200U);
+}
+
 }  // namespace
 }  // namespace axlecast::saa_can

@@ -237,6 +237,8 @@ TEST(SaaModbusCodec, OnlyAQueryIsAnsweredWithTheCrcEitherWay) {
   };
   const auto reply = swapped(modbus::Sealed({kEveryone, kQueryAddress, 0x05}));
   EXPECT_EQ(Check(*ParseRequest(QueryRequest()), reply, 16).address, 5);
+  EXPECT_TRUE(Check(*ParseRequest(QueryRequest()), modbus::Sealed({kEveryone, 0xCC, 0x00}), 16).error)
+      << "another function, sealed as usual";
   const auto other = swapped(modbus::Sealed({0x01, kQueryAddress, 0x05}));
   EXPECT_EQ(Check(*ParseRequest(ReadRequest(1, 1)), other, 16).error, ErrorKind::kChecksum);
 }

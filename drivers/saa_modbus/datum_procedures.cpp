@@ -108,8 +108,7 @@ class DatumWrite final : public Procedure {
       const char* echo = accepted_ ? "the encoder accepted it, but " : "the encoder's echo did not come, and ";
       return Final(CommandState::kFailed, Reason::REASON_READ_BACK_DIFFERS, echo + text + ", not 0");
     }
-    // An encoder that lost its power at once may have stored nothing.
-    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_ && !silent_after_},
+    return ReadBackOutcome({.same_before = SameBefore(), .confirmed = accepted_, .interrupted = silent_after_},
                            text + (accepted_ ? "" : "; the echo did not come"));
   }
 
@@ -117,6 +116,12 @@ class DatumWrite final : public Procedure {
     if (!accepted_) {
       return Final(CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
                    "the encoder's echo did not come: turn the shaft a little and see which way it counts");
+    }
+    if (silent_after_) {
+      return Final(
+          CommandState::kIndeterminate, Reason::REASON_NO_REPLY,
+          "the encoder accepted it, but was silent then and may have stored nothing: turn the shaft a little "
+          "and see which way it counts");
     }
     return Succeeded(false,
                      "the encoder accepted it; nothing can be read back at rest: turn the shaft a little and see "

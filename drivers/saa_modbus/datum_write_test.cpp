@@ -100,6 +100,27 @@ TEST_F(DatumWriteTest, WhenItReadZeroBeforeALostEchoLeavesItOpen) {
   EXPECT_EQ(machine_.Finish().state, CommandState::kIndeterminate);
 }
 
+// It read the same before, and was silent after its echo: its power may have failed before it stored anything.
+TEST_F(DatumWriteTest, AnEncoderThatWasSilentAfterItsEchoMayHaveStoredNothing) {
+  machine_.Set("axis1", "zero_deg", "90");
+  machine_.Run(500 * kMillisecond);
+  for (const auto& [operation, arguments] :
+       {std::pair<std::string, Arguments>{"zero", {}}, {"set_direction", {{"direction", "negative"}}}}) {
+    machine_.Begin(operation, arguments);
+    const std::size_t changes = machine_.port->Changes().size();
+    ASSERT_TRUE(machine_.RunUntil([&] { return machine_.port->Changes().size() > changes; }));
+    machine_.Run(kMillisecond);
+    machine_.Set("axis1", "power", "off");
+    machine_.Run(20 * kMillisecond);
+    machine_.Set("axis1", "power", "on");
+    const Outcome outcome = machine_.Finish();
+    EXPECT_EQ(outcome.state, CommandState::kIndeterminate) << outcome.text;
+    EXPECT_THAT(outcome.text, HasSubstr("silent"));
+    EXPECT_LE(outcome.text.size(), 200U);
+    machine_.Run(11 * kSecond);
+  }
+}
+
 TEST_F(DatumWriteTest, FailsWhenTheReadBackIsNotZero) {
   machine_.Begin("zero");
   machine_.RunThroughTheChange();

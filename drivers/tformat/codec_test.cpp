@@ -268,6 +268,12 @@ ReplyMatch Match(DataId id, const std::vector<std::uint8_t>& reply) {
   return Ask(id, kMillisecond).shape.match(request, reply);
 }
 
+TEST(Codec, AReplyOutOfRangeThatHasNoEncoderIdIsOfNoOtherEncoder) {
+  const Answer answer = Interpreted(DataId::kSingleTurn, WithCrc({0x02, 0x01, 0x10, 0x20, 0x00}));
+  EXPECT_EQ(answer.error, ErrorKind::kRange) << "a bit of SF that is always 0";
+  EXPECT_FALSE(answer.reply.encoder_id);
+}
+
 TEST(Codec, ACommunicationAlarmOfAReadoutHasItsIdAndStatus) {
   const Reply reply = Parse({0x92}, {0x92, kSfParity, 0x11});  // ID 2
   EXPECT_EQ(reply.error, ReplyError::kCommunicationAlarm);

@@ -64,14 +64,15 @@ class Readout final : public Procedure {
       outcome.changes.push_back(FindingChange(Finding(reply, end_)));
     return outcome;
   }
-  // A shaft that turns may have left the place where it was zeroed.
+  // A shaft that turns may have left the place where it was zeroed. The cause of an alarm latches it again.
   [[nodiscard]] const char* Finding(const Reply& all, MonoNs now) const {
     const bool at_rest = AtRest(output_, now);
     const int latched = settings_.turns_range > 0 ? kLatchedAlarms : kLatchedAlarms & ~kMultiTurnAlarms;
     const bool clear = (*all.alarms & latched) == 0;
     if (after_ == kZeroSingleTurnName) return FindingWord(IsZero(all, settings_), at_rest);
-    if (after_ == kResetTurnsName) return FindingWord(TurnsAreReset(all, settings_) && clear, at_rest);
-    return FindingWord(clear);
+    if (after_ != kResetTurnsName) return FindingWord(clear, false);
+    const bool reset = TurnsAreReset(all, settings_);
+    return FindingWord(reset && clear, at_rest && !reset);
   }
 
   DataId id_;

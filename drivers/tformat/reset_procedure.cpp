@@ -231,7 +231,8 @@ class ResetProcedure final : public Procedure {
   // stored the result (kWriteTime): it needs longer than that to start.
   [[nodiscard]] Outcome Fitting(const std::string& text) const {
     return WithFindingBefore(ReadBackOutcome({.same_before = SameBefore(),
-                                              .confirmed = sent_ == kResetTimes && !tenth_lost_ && !silent_after_},
+                                              .confirmed = sent_ == kResetTimes && !tenth_lost_,
+                                              .interrupted = silent_after_},
                                              text + Lost()),
                              SameBefore());
   }

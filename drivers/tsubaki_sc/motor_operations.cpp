@@ -211,11 +211,12 @@ class CoilCommand final : public Procedure {
   bool stopped_before_ = false;
 };
 
-// The change `finding` shows whether the operation `after` took effect: guideline 8.
+// The change `finding` shows whether the operation `after` took effect: guideline 8. A trip, or somebody at the machine, may have
+// undone it since.
 Change StateFinding(std::string_view after, bool stopped, unsigned count) {
-  if (after == kStopMotorName) return FindingChange(FindingWord(stopped));
-  if (after == kStartMotorName) return FindingChange(FindingWord(!stopped));
-  return FindingChange(FindingWord(count == 0));
+  if (after == kStopMotorName) return FindingChange(FindingWord(stopped, false));
+  if (after == kStartMotorName) return FindingChange(FindingWord(!stopped, false));
+  return FindingChange(FindingWord(count == 0, false));
 }
 
 Outcome ShowState(const BlockReader& read, std::string_view after) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/spelling.h"
 #include "core/base/text.h"
 #include "drivers/kit/arguments.h"
 
@@ -14,8 +15,6 @@ namespace {
 using Unit = SimulatedUnit;
 using Quantity = SimulatedQuantity<SimulatedUnit>;
 using Words = std::string_view;
-
-std::string InQuotes(Words value) { return "'" + std::string(value) + "'"; }
 
 // Parses a number and passes it to `set`.
 template <typename Set>
@@ -46,7 +45,7 @@ Result<> SetParameters(Unit& s, Words value) {
     const Words part = value.substr(0, value.find(' '));
     value.remove_prefix(std::min(value.size(), part.size() + 1));
     const std::size_t equals = part.find('=');
-    if (equals == Words::npos) return Failure(InQuotes(part) + " is not ADDRESS=VALUE, e.g. 52=900");
+    if (equals == Words::npos) return Failure(Quoted(part) + " is not ADDRESS=VALUE, e.g. 52=900");
     const auto address = ParseWholeNumber(part.substr(0, equals), 0, kParameterCount - 1, "");
     if (!address) return Failure(address.error());
     const Range range = ParameterRange(static_cast<std::uint16_t>(*address));
@@ -69,7 +68,7 @@ std::string ShowParameters(const Unit& s) {
 // "01 00": upper and lower, as they are sent.
 Result<> SetVersion(Unit& s, Words value) {
   const std::optional<std::vector<std::uint8_t>> bytes = ParseHex(value);
-  if (!bytes || bytes->size() != 2) return Failure(InQuotes(value) + " is not two bytes in hex, e.g. 01 00");
+  if (!bytes || bytes->size() != 2) return Failure(Quoted(value) + " is not two bytes in hex, e.g. 01 00");
   s.unit.settings.version = {bytes->at(0), bytes->at(1)};
   return {};
 }
@@ -138,7 +137,7 @@ Result<> SetShock(Unit& s, Words value) {
   const Words axis = value.substr(0, value.find(':'));
   const std::size_t index = Words("xyz").find(axis);
   if (axis.size() != 1 || index == Words::npos || axis.size() == value.size()) {
-    return Failure(InQuotes(value) + " is not AXIS:MPS2, e.g. x:180");
+    return Failure(Quoted(value) + " is not AXIS:MPS2, e.g. x:180");
   }
   return SetNumber(value.substr(2), -kMaxAccel, kMaxAccel, "m/s^2",
                    [&](double mps2) { s.unit.motor.Shock(index, mps2, s.unit.now()); });
@@ -155,7 +154,7 @@ Result<> ForceTrip(Unit& s, Words value) {
 }
 
 Result<> ResetTrip(Unit& s, Words value) {
-  if (value != "now") return Failure(InQuotes(value) + " is not now");
+  if (value != "now") return Failure(Quoted(value) + " is not now");
   s.unit.ResetTrip();
   return {};
 }
