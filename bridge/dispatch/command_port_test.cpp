@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/messages/message.h"
+#include "tests/support/memory_sink.h"
 
 namespace axlecast {
 namespace {
@@ -135,6 +136,17 @@ TEST_F(DriverLinkOfOneAxisTest, ANewBootBeginsWithoutTheStateOfTheOneBefore) {
   const MonoNs silent = kSecond + DriverLink::kAbsentAfter + 1;
   EXPECT_TRUE(On(StatusOfBoot(1, driver_status_t::KIND_HELLO), silent)) << "its successor failed";
   EXPECT_FALSE(On(StatusOfBoot(2, driver_status_t::KIND_HELLO), silent));
+}
+
+TEST(CommandPortTest, AnEpochThatNoBridgeCanHaveReachedIsIgnored) {
+  MemorySink sink;
+  CommandPort port(sink, Origin{}, nullptr, 10);
+  port.RaiseEpoch(9);
+  EXPECT_EQ(port.epoch(), 10);
+  port.RaiseEpoch((std::int64_t{1} << 62) - 1);
+  EXPECT_EQ(port.epoch(), (std::int64_t{1} << 62) - 1);
+  port.RaiseEpoch(std::int64_t{1} << 62);
+  EXPECT_EQ(port.epoch(), (std::int64_t{1} << 62) - 1);
 }
 
 // ---- a second bridge ----

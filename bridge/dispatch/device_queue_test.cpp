@@ -588,6 +588,37 @@ TEST_F(DeviceQueueTest, AReadPassesACommandThatWaitsForASlowJournal) {
   EXPECT_THAT(listener_.ended, SizeIs(2)) << "so does a command that is only prepared";
 }
 
+TEST_F(DeviceQueueTest, AnOutcomeCheckThatNoOperationMakesPassesNoCommand) {
+  PendingCommand first = Command(1);
+  first.journal_state = JournalState::kAccepted;
+  first.journal_since = now_.mono;
+  queue_.Push(first);
+  PendingCommand check = Command(2);
+  check.purpose = Purpose::kOutcomeCheck;
+  check.operation = nullptr;
+  check.about_silent = true;
+  check.about_boot_id = kDriverBoot;
+  check.begin_by = now_.mono + 60 * kSecond;
+  queue_.Push(check);
+  Pass(DeviceQueue::kOvertaken + 1);
+  queue_.Tick(now_);
+  EXPECT_THAT(listener_.sent, IsEmpty());
+  queue_.OnJournalled(NumberedId(1), JournalState::kAccepted, true, {}, now_);
+  queue_.Tick(now_);
+  EXPECT_THAT(listener_.kinds(), ElementsAre(Order::KIND_EXECUTE));
+}
+
+TEST_F(DeviceQueueTest, OnlyACommandOfAClientIsCancelled) {
+  EXPECT_FALSE(queue_.Cancel(NumberedId(1), now_)) << "it does not exist";
+  PendingCommand restore = Command(1);
+  restore.purpose = Purpose::kRestore;
+  Routed(restore);
+  ASSERT_THAT(listener_.kinds(), ElementsAre(Order::KIND_EXECUTE));
+  EXPECT_FALSE(queue_.Cancel(NumberedId(900), now_)) << "its id is of the bridge";
+  EXPECT_FALSE(queue_.Cancel(NumberedId(2), now_));
+  EXPECT_THAT(listener_.sent, SizeIs(1));
+}
+
 TEST_F(DeviceQueueTest, ACommandWhoseAcceptanceIsBeingWrittenCanBeWithdrawn) {
   PendingCommand pending = Command(1);
   pending.journal_state = JournalState::kAccepted;

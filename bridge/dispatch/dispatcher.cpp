@@ -575,8 +575,8 @@ Result<> Dispatcher::CheckJournalRoom(const OperationSpec& operation, MonoNs now
 }
 
 // Returns an error if a new command cannot be noted at present. `is_full`: too many commands are stored.
-Result<> Dispatcher::CheckRoom(const OperationSpec& operation, bool is_full, MonoNs now) const {
-  if (auto room = CheckJournalRoom(operation, now); !room || operation.urgent || !is_full) return room;
+Result<> Dispatcher::CheckRoom(const OperationSpec& operation, bool has_room, MonoNs now) const {
+  if (auto room = CheckJournalRoom(operation, now); !room || operation.urgent || has_room) return room;
   return Failure(std::to_string(CommandStore::kMaxKept) +
                      " commands are within their validity: give commands a shorter one, or send this again later",
                  S::REASON_QUEUE_FULL);
@@ -589,10 +589,10 @@ void Dispatcher::Accept(IncomingCommand incoming, Timestamp now) {
   incoming.status.is_unsigned = incoming.caller.grant == nullptr ? 1 : 0;
   incoming.status.state = S::STATE_ACCEPTED;
   const bool is_volatile = IsVolatile(incoming.body, operation);
-  const bool is_full = commands_.IsFull(now.mono);  // drops ended commands, also if this command is refused
+  const bool has_room = commands_.MakeRoom(now.mono);  // also if this command is refused
   PendingCommand pending;
   Result<> accepted = CheckBusy(bus, queue, now.mono);
-  if (accepted && !is_volatile) accepted = CheckRoom(operation, is_full, now.mono);
+  if (accepted && !is_volatile) accepted = CheckRoom(operation, has_room, now.mono);
   if (accepted) accepted = MakePending(incoming, pending, now);
   if (!accepted) incoming.status = Refused(incoming.status, accepted.error(), now);
   if (is_volatile) return EnqueueVolatile(incoming, std::move(pending), accepted, now);

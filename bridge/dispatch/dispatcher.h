@@ -123,7 +123,7 @@ class Dispatcher final : private DeviceQueueListener {
   [[nodiscard]] Result<> MakePending(const IncomingCommand& incoming, PendingCommand& pending, Timestamp now);
   [[nodiscard]] Result<> CheckBusy(const Bus& bus, const DeviceQueue& queue, MonoNs now) const;
   [[nodiscard]] Result<> CheckJournalRoom(const OperationSpec& operation, MonoNs now) const;
-  [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, bool is_full, MonoNs now) const;
+  [[nodiscard]] Result<> CheckRoom(const OperationSpec& operation, bool has_room, MonoNs now) const;
   [[nodiscard]] CommandRecord RecordOf(const IncomingCommand& incoming, Timestamp now) const;
   [[nodiscard]] Error NotJournalled(MonoNs now) const;
   void Refuse(command_status_t status, const Error& refusal, Timestamp now);

@@ -68,6 +68,21 @@ TEST_F(AlarmKeeperTest, KeepsWhoWhenAndWhyUntilTheAlarmHasGone) {
   EXPECT_TRUE(store_.Marks("axis1").empty());
 }
 
+TEST_F(AlarmKeeperTest, WhatADriverReportsBeforeTheJournalIsReadEndsNoMark) {
+  Acknowledge();
+  bridge_.reset();
+  bridge_ = MakeBridge(kBoot, true);
+  Pass(DuplicateBridgeDetector::kListen);
+  Hello(kDriver);
+  SayAcknowledged("");
+  journal_->Recover();
+  Step(10 * kMillisecond);
+  EXPECT_EQ(store_.Marks("axis1").size(), 1);
+  Step(kSecond);
+  SayAcknowledged("");
+  EXPECT_TRUE(store_.Marks("axis1").empty());
+}
+
 TEST_F(AlarmKeeperTest, WhoAcknowledgesOnceMoreTakesNobodysPlace) {
   Acknowledge();
   Send(About(3, "acknowledge_alarm"));

@@ -138,6 +138,75 @@ TEST_F(DispatcherTest, ACommandForTheBridgeBeforeIsAnsweredButNotDone) {
   EXPECT_EQ(Send(Body(2)).reason_code, S::REASON_STALE_BRIDGE);
 }
 
+TEST_F(DispatcherTest, WhoAsksForACommandOfTheBridgeBeforeIsAnsweredFromTheJournal) {
+  Send(Body(1));
+  Report(Orders()[0], S::STATE_SUCCEEDED);
+  RestartBridge(kBoot + 1);
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_CANCEL).state, S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().text, "");
+  auto other = Body(1);
+  other.reason = "another body";
+  EXPECT_EQ(Send(other).reason_code, S::REASON_ID_REUSED);
+}
+
+TEST_F(DispatcherTest, ACancellationForADeviceThatDoesNotExistIsAnsweredWithTheReason) {
+  Send(Body(1));
+  auto cancel = Body(1);
+  cancel.device = "axis9";
+  const S answer = SendAs(cancel, command_body_t::MODE_CANCEL);
+  EXPECT_EQ(answer.state, S::STATE_ROUTED) << "it continues";
+  EXPECT_EQ(answer.text, "no such device; devices of press3: axis1 axis2");
+}
+
+// As after a change of the machine's file.
+TEST_F(DispatcherTest, WhatTheBridgeBeforeSentToADeviceThatIsNoMoreIsIndeterminate) {
+  for (const bool device_is_gone : {true, false}) {
+    const CommandId id = NumberedId(device_is_gone ? 1 : 2);
+    CommandRecord record;
+    std::copy(id.begin(), id.end(), std::begin(record.status.id));
+    record.status.device = device_is_gone ? "axis9" : "axis1";
+    record.status.operation = device_is_gone ? "bump" : "explode";
+    record.status.driver_boot_id = kDriver;
+    record.status.state = S::STATE_ROUTED;
+    ASSERT_TRUE(store_.Accepted(record, now_));
+    RestartBridge(kBoot + 1);
+    const auto known = store_.Find(id);
+    ASSERT_TRUE(known);
+    EXPECT_EQ(known->state, S::STATE_INDETERMINATE);
+    EXPECT_EQ(known->finding, S::FINDING_CANNOT_TELL);
+    EXPECT_NE(known->text.find("has this device or operation no more"), std::string::npos);
+  }
+}
+
+TEST_F(DispatcherTest, ACommandThatThisBridgeHasTakenUpAlreadyIsNotRecovered) {
+  Send(Body(1, "halt"));
+  bridge_.reset();
+  bridge_ = MakeBridge(kBoot + 1, true);
+  Pass(DuplicateBridgeDetector::kListen);
+  Hello(kDriver);
+  sink_.Clear();
+  auto again = Body(1, "halt");
+  again.bridge_boot_id = kBoot + 1;
+  EXPECT_EQ(Send(again).state, S::STATE_ROUTED) << "urgent commands do not wait for the journal";
+  journal_->Recover();
+  Step(10 * kMillisecond);
+  ASSERT_EQ(Orders().size(), 1U);
+  EXPECT_EQ(Orders()[0].kind, driver_order_t::KIND_EXECUTE);
+  Report(Orders()[0], S::STATE_SUCCEEDED);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+}
+
+TEST_F(DispatcherTest, ADriverIsGivenBackOneThingAtATime) {
+  Hello(kDriver, true);
+  Hello(kDriver + 1, false);
+  ASSERT_EQ(Orders().size(), 1U);
+  EXPECT_EQ(Orders()[0].operation, "mark_reference_lost");
+  Hello(kDriver + 1, false);
+  Report(Orders()[0], S::STATE_SUCCEEDED);
+  EXPECT_EQ(Orders().size(), 1U) << "the second HELLO came before the driver had it";
+}
+
 TEST_F(DispatcherTest, AJournalThatOpensLateTakesNothingFromAReadThatIsUnderWay) {
   Send(Body(1));
   store_.fails = true;

@@ -147,6 +147,78 @@ TEST_F(DispatcherStallTest, AClientLearnsOfTheBridgeButNotThatItsCommandIsUnknow
   EXPECT_EQ(SendAs(Body(9), command_body_t::MODE_QUERY).reason_code, S::REASON_NONE);
 }
 
+TEST_F(DispatcherStallTest, WhoAsksWhileTheAcceptanceIsNotOnTheDiskLearnsNothingOfIt) {
+  journal_->Stall();
+  Send(Body(1));
+  EXPECT_EQ(SendAs(Body(1), command_body_t::MODE_QUERY).reason_code, S::REASON_JOURNAL);
+  EXPECT_EQ(Last().state, S::STATE_UNKNOWN);
+  sink_.Clear();
+  SendAs(Body(1), command_body_t::MODE_CANCEL);
+  EXPECT_EQ(Of(1).reason_code, S::REASON_JOURNAL);
+  EXPECT_EQ(Of(1).state, S::STATE_UNKNOWN);
+}
+
+TEST_F(DispatcherStallTest, WhoAsksWhileTheDiskIsSlowIsAnsweredAtOnce) {
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  SendAs(Body(9), command_body_t::MODE_QUERY);
+  EXPECT_EQ(Of(9).state, S::STATE_UNKNOWN);
+  EXPECT_EQ(Of(9).reason_code, S::REASON_JOURNAL);
+}
+
+TEST_F(DispatcherStallTest, AFullJournalTakesNoFurtherCommand) {
+  journal_->Stall();
+  Send(Body(1, "halt"));
+  Pass(60 * kMillisecond);
+  ASSERT_FALSE(Orders().empty());
+  const driver_order_t order = Orders().back();
+  int progress = 0;
+  const auto run = [&] {
+    driver_status_t status{};
+    status.kind = driver_status_t::KIND_STATUS;
+    std::copy(std::begin(order.id), std::end(order.id), std::begin(status.id));
+    status.state = S::STATE_RUNNING;
+    status.text = std::to_string(++progress);
+    FromDriver(status);
+  };
+  while (journal_->waiting() < JournalQueue::kMaxWaiting / 2 && progress < 2'000) run();
+  ASSERT_EQ(journal_->waiting(), JournalQueue::kMaxWaiting / 2);
+  run();
+  EXPECT_EQ(Of(1).text, std::to_string(progress)) << "it is published";
+  EXPECT_EQ(journal_->waiting(), JournalQueue::kMaxWaiting / 2) << "the other half of the room is for commands";
+  Report(order, S::STATE_SUCCEEDED);
+  for (std::uint32_t number = 2; journal_->waiting() < JournalQueue::kMaxWaiting; ++number) {
+    sink_.Clear();
+    Send(Body(number, "halt"));
+    ASSERT_FALSE(Orders().empty());
+    Report(Orders().back(), S::STATE_SUCCEEDED);
+    ASSERT_LT(number, 2'000U);
+  }
+  const S refused = Send(Body(5'000));
+  EXPECT_EQ(refused.reason_code, S::REASON_JOURNAL);
+  EXPECT_NE(refused.text.find("1000 changes wait to be written"), std::string::npos) << refused.text;
+}
+
+TEST_F(DispatcherStallTest, AnOutcomeForWhichThereIsNoRoomAtAllIsPublished) {
+  journal_->Stall();
+  Step(10 * kMillisecond);
+  Pass(JournalQueue::kSlow + 20 * kMillisecond);
+  for (std::uint32_t number = 1; journal_->waiting() < 2 * JournalQueue::kMaxWaiting; ++number) {
+    sink_.Clear();
+    Send(Body(number, "halt"));
+    ASSERT_FALSE(Orders().empty());
+    Report(Orders().back(), S::STATE_SUCCEEDED);
+    ASSERT_LT(number, 5'000U);
+  }
+  sink_.Clear();
+  Send(Body(9'000, "halt"));
+  Report(Orders().back(), S::STATE_SUCCEEDED);
+  EXPECT_EQ(journal_->waiting(), 2 * JournalQueue::kMaxWaiting);
+  EXPECT_EQ(Of(9'000).state, S::STATE_SUCCEEDED);
+  EXPECT_NE(Of(9'000).text.find("the journal has not noted it"), std::string::npos);
+}
+
 TEST_F(DispatcherStallTest, WhatWaitsIsBounded) {
   journal_->Stall();
   Step(10 * kMillisecond);

@@ -98,6 +98,16 @@ TEST_F(DispatcherTest, RefusesWhatItCannotTakeUp) {
   EXPECT_EQ(Send(body).reason_code, S::REASON_MALFORMED);
   body.valid_ms = 3'600'001;
   EXPECT_EQ(Send(body).reason_code, S::REASON_MALFORMED);
+  EXPECT_EQ(SendAs(Body(7), -1).reason_code, S::REASON_UNSUPPORTED_MODE);
+  body = Body(8);
+  body.arguments = std::vector<argument_t>(17, {"note", "x"});
+  body.n_arguments = 17;
+  EXPECT_EQ(Send(body).text, "more than 16 arguments");
+  EXPECT_EQ(Last().reason_code, S::REASON_MALFORMED);
+  body = Body(9);
+  body.reason = std::string(161, 'x');
+  EXPECT_EQ(Send(body).text, "reason is longer than 160 bytes");
+  EXPECT_EQ(Last().reason_code, S::REASON_MALFORMED);
   EXPECT_EQ(Last().is_final, 1);
   EXPECT_TRUE(Orders().empty());
 }
@@ -257,6 +267,15 @@ TEST_F(DispatcherTest, BadBytesAreCounted) {
   bridge_->OnDriverStatus("DRIVER_STATUS/b0", {}, now_);
   bridge_->OnDriverStatus("DRIVER_STATUS/b9", {}, now_);
   EXPECT_EQ(bridge_->unauthorized(), 2);
+  bridge_->OnCommandStatus({}, now_);
+  EXPECT_EQ(bridge_->unauthorized(), 2) << "it is from nobody";
+  EXPECT_EQ(bridge_->watch().Other(now_.mono), std::nullopt);
+  driver_status_t other{};
+  other.bus = "b9";
+  other.boot_id = kDriver + 1;
+  other.kind = driver_status_t::KIND_HELLO;
+  bridge_->OnDriverStatus("DRIVER_STATUS/b0", Encoded(other), now_);
+  EXPECT_EQ(bridge_->unauthorized(), 3) << "the status of another bus";
   EXPECT_EQ(Statuses(), 0u);
 }
 

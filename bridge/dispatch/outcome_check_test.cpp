@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/command/commands.h"
 #include "tests/support/counting_family.h"
@@ -143,6 +145,44 @@ TEST(OutcomeCheck, WhatASilentDriverReportsLateIsTheFinding) {
       << "the driver never received it";
   EXPECT_EQ(Reported(S::STATE_EXPIRED, S::REASON_DEADLINE, 0).finding, S::FINDING_CANNOT_TELL)
       << "the question expired, and not the command";
+}
+
+// `before`: as the lost driver had reported it; `after`: what the look has found.
+std::int8_t Compared(std::vector<change_t> before, std::vector<change_t> after) {
+  PendingCommand looked = Looked(S::STATE_SUCCEEDED, S::REASON_NONE);
+  looked.status.driver_boot_id = 7;
+  looked.status.changes = std::move(after);
+  looked.status.changes.push_back({"finding", "", "reads_as_after"});
+  S outcome{};
+  outcome.changes = std::move(before);
+  AddCheckedOutcome(looked, outcome);
+  return outcome.finding;
+}
+
+TEST(OutcomeCheck, AnEffectIsSeenIfOneOfTheValuesDiffersFromBefore) {
+  EXPECT_EQ(Compared({{"a", "1", ""}, {"b", "1", ""}}, {{"a", "", "1"}, {"b", "", "1"}}), S::FINDING_CANNOT_TELL);
+  EXPECT_EQ(Compared({{"a", "1", ""}, {"b", "1", ""}}, {{"a", "", "1"}, {"b", "", "2"}}), S::FINDING_EFFECT_SEEN);
+  EXPECT_EQ(Compared({{"a", "1", ""}, {"b", "1", ""}}, {{"a", "", "2"}, {"b", "", "1"}}), S::FINDING_EFFECT_SEEN);
+}
+
+TEST(OutcomeCheck, AValueWithoutOneBeforeIsNotCompared) {
+  EXPECT_EQ(Compared({{"a", "", "2"}}, {{"a", "", "2"}}), S::FINDING_CANNOT_TELL);
+  EXPECT_EQ(Compared({{"a", "", "2"}, {"b", "1", ""}}, {{"a", "", "3"}, {"b", "", "1"}}), S::FINDING_CANNOT_TELL);
+  EXPECT_EQ(Compared({{"finding", "", "reads_as_after"}, {"b", "1", ""}}, {{"b", "", "2"}}), S::FINDING_EFFECT_SEEN)
+      << "a judgement without a value before does not count";
+}
+
+TEST(OutcomeCheck, AReadThatTakesNoArgumentIsGivenNone) {
+  static const std::vector<OperationSpec> kOperations = {
+      {.name = "set", .help = "", .destructive = true, .verified_by_operation = "get"},
+      {.name = "get", .help = "", .arguments = {{"page", "1..9", false}}, .reads_only = true}};
+  static const Family kFamily = {.name = "plain", .summary = "for tests", .operations = kOperations};
+  PendingCommand command = Lost("bump", S::REASON_DRIVER_RESTARTED);
+  command.operation = &kOperations[0];
+  const auto check = OutcomeCheckFor(command, kFamily, kGiveUp);
+  ASSERT_TRUE(check);
+  EXPECT_EQ(check->operation, &kOperations[1]);
+  EXPECT_THAT(check->arguments, SizeIs(0));
 }
 
 TEST(OutcomeCheck, ALookThatWasNeverSentShowsThatTheDriverIsGone) {

@@ -59,9 +59,9 @@ const KnownCommand* CommandStore::Find(const CommandId& id) const {
   return found == known_.end() ? volatile_.Find(id) : &found->second;
 }
 
-bool CommandStore::IsFull(MonoNs now) {
+bool CommandStore::MakeRoom(MonoNs now) {
   DropEnded(now);
-  return known_.size() >= kMaxKept;
+  return known_.size() < kMaxKept;
 }
 
 void CommandStore::Begin(const S& status, MonoNs begin_by) {

@@ -112,11 +112,12 @@ class CommandStore {
  public:
   // Up to this many, ended commands are kept longer, so that queries are answered without the journal.
   static constexpr std::size_t kMinKept = 4'096;
-  static constexpr std::size_t kMaxKept = 20'000;  // IsFull returns true from here on
+  static constexpr std::size_t kMaxKept = 20'000;  // there is no room for another from here on
 
   // Returns null if this bridge has not received the command, or has dropped its status.
   [[nodiscard]] const KnownCommand* Find(const CommandId& id) const;
-  [[nodiscard]] bool IsFull(MonoNs now);
+  // Drops commands that ended long ago, a few per call. Returns whether there is room for another command.
+  [[nodiscard]] bool MakeRoom(MonoNs now);
 
   // Adds a read-only or PREPARE command. Its status may be published immediately.
   void PutVolatile(const command_status_t& status, MonoNs begin_by) { volatile_.Put(status, begin_by); }

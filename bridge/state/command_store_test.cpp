@@ -51,6 +51,17 @@ int Kept(const CommandStore& memory, std::uint32_t count) {
   return kept;
 }
 
+TEST(CommandStore, ACommandThatBeginsAgainTakesNoSecondPlace) {
+  CommandStore memory;
+  memory.Begin(Status(0, false), 0);
+  memory.Begin(Status(0, true), 0);
+  ASSERT_NE(memory.Find(NumberedId(0)), nullptr);
+  EXPECT_EQ(memory.Find(NumberedId(0))->latest.is_final, 1);
+  for (std::uint32_t i = 1; i < CommandStore::kMinKept; ++i) memory.Begin(Status(i, true), 0);
+  ASSERT_TRUE(memory.MakeRoom(kSecond));
+  EXPECT_NE(memory.Find(NumberedId(0)), nullptr);
+}
+
 TEST(CommandStore, AForgottenCommandAndOneThatEndsLateMakeRoomToo) {
   CommandStore memory;
   memory.Begin(Status(0, false), 0);  // runs for long
@@ -59,7 +70,7 @@ TEST(CommandStore, AForgottenCommandAndOneThatEndsLateMakeRoomToo) {
   const auto pass = [&memory](std::uint32_t from, std::uint32_t until) {
     for (std::uint32_t i = from; i < until; ++i) {
       memory.Begin(Status(i, true), 0);
-      ASSERT_FALSE(memory.IsFull(kSecond)) << i;
+      ASSERT_TRUE(memory.MakeRoom(kSecond)) << i;
     }
   };
   pass(2, 10'000);
@@ -73,7 +84,7 @@ TEST(CommandStore, EndedCommandsWhoseValidityIsOverMakeRoom) {
   constexpr std::uint32_t kCommands = 30'000;
   CommandStore memory;
   for (std::uint32_t i = 0; i < kCommands; ++i) {
-    ASSERT_FALSE(memory.IsFull(kSecond)) << i;
+    ASSERT_TRUE(memory.MakeRoom(kSecond)) << i;
     memory.Begin(Status(i, true), 0);
     memory.Update(Status(i, true));
   }
@@ -84,7 +95,7 @@ TEST(CommandStore, EndedCommandsWhoseValidityIsOverMakeRoom) {
 TEST(CommandStore, IsFullOfCommandsThatMayNotBeForgotten) {
   CommandStore memory;
   std::uint32_t begun = 0;
-  for (; begun < 50'000 && !memory.IsFull(kSecond); ++begun)
+  for (; begun < 50'000 && memory.MakeRoom(kSecond); ++begun)
     memory.Begin(Status(begun, begun % 2 == 0), 2 * kSecond);
   EXPECT_EQ(begun, static_cast<std::uint32_t>(CommandStore::kMaxKept));
   EXPECT_EQ(Kept(memory, begun), begun) << "running, or valid still";
@@ -139,7 +150,7 @@ int KeptOf(command_status_t status, MonoNs begin_by) {
     std::copy(id.begin(), id.end(), std::begin(status.id));
     memory.Begin(status, begin_by);
   }
-  for (std::uint32_t i = 0; i < kFew; ++i) static_cast<void>(memory.IsFull(kSecond));
+  for (std::uint32_t i = 0; i < kFew; ++i) static_cast<void>(memory.MakeRoom(kSecond));
   return Kept(memory, CommandStore::kMinKept + kFew) - static_cast<int>(CommandStore::kMinKept);
 }
 
@@ -159,17 +170,18 @@ TEST(CommandStore, KeepsWhatMayStillChangeOrBegin) {
 TEST(CommandStore, LooksAtSixteenCommandsAtATime) {
   CommandStore memory;
   for (std::uint32_t i = 0; i < CommandStore::kMinKept + 100; ++i) memory.Begin(Status(i, true), 0);
-  static_cast<void>(memory.IsFull(kSecond));
+  static_cast<void>(memory.MakeRoom(kSecond));
   EXPECT_EQ(Kept(memory, CommandStore::kMinKept + 100), static_cast<int>(CommandStore::kMinKept) + 100 - 16);
   EXPECT_EQ(memory.Find(NumberedId(15)), nullptr) << "the oldest go first";
 }
 
 TEST(CommandStore, AForgottenCommandTakesNoPlace) {
   CommandStore memory;
-  for (std::uint32_t i = 0; i < CommandStore::kMinKept + 10; ++i) memory.Begin(Status(i, false), 0);
+  for (std::uint32_t i = 0; i < CommandStore::kMinKept + 10; ++i) memory.Begin(Status(i, true), 0);
   for (std::uint32_t i = 0; i < 10; ++i) memory.Forget(NumberedId(i));
-  static_cast<void>(memory.IsFull(kSecond));
-  EXPECT_EQ(Kept(memory, CommandStore::kMinKept + 10), static_cast<int>(CommandStore::kMinKept));
+  static_cast<void>(memory.MakeRoom(kSecond));
+  EXPECT_EQ(Kept(memory, CommandStore::kMinKept + 10), static_cast<int>(CommandStore::kMinKept))
+      << "the others have ended, and have room";
 }
 
 std::int32_t WritesOfPages(const Arguments& arguments) {

@@ -344,8 +344,7 @@ Result<> AlarmStateStore::BeforeRoute(const PendingCommand& pending, Timestamp n
   if (pending.operation->name != kShelveAlarm ||
       HasRoomFor(pending.device, ArgumentOf(pending, "alarm"), now.utime))
     return {};
-  return Failure(std::to_string(AlarmShelves::kMax) + " alarms of this device are shelved: unshelve some first",
-                 S::REASON_BAD_ARGUMENT);
+  return Failure(AlarmShelves::FullText(), S::REASON_BAD_ARGUMENT);
 }
 
 bool AlarmStateStore::HasRoomFor(const std::string& device, const std::string& alarm, std::int64_t utime) const {
@@ -392,8 +391,8 @@ void AlarmStateStore::Keep(PendingCommand& pending, Kind kind) {
   // An outcome that comes late may find no room any more.
   const bool has_room = kind != Kind::kShelved || HasRoomFor(pending.device, mark.alarm, mark.utime);
   if (has_room && store_.Apply(pending.device, mark)) return;
-  status.text =
-      CappedText(status.text + "; the journal could not keep it: it is lost when the driver ends", kTextBytes);
+  const std::string why = has_room ? "the journal could not keep it" : AlarmShelves::FullText();
+  status.text = CappedText(status.text + "; " + why + ": it is lost when the driver ends", kTextBytes);
 }
 
 // A driver that has refused it is not asked for ever.

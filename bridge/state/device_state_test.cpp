@@ -211,6 +211,7 @@ TEST_F(AxisStateTest, AnotherEncoderIsReportedOnceAndGetsNoDatum) {
   for (const std::int64_t boot : {kBoot, kBoot, kBoot + 1}) {
     EXPECT_FALSE(Hello(At(9'000), boot));
     EXPECT_TRUE(axes_.AnyExchanged());
+    EXPECT_EQ(Kinds().size(), 1U) << "with the first HELLO, boot " << boot;
   }
   ASSERT_EQ(Kinds(), Names{"encoder_exchanged"});
   EXPECT_EQ(events_[0].text,
@@ -314,6 +315,7 @@ TEST_F(AxisStateTest, AChangeThatTheJournalDoesNotTakeIsNoEventYet) {
 // ---- wear ----
 
 std::int32_t ThreeWrites(const axlecast::Arguments& /*arguments*/) { return 3; }
+std::int32_t OneWrite(const axlecast::Arguments& /*arguments*/) { return 1; }
 std::int32_t NoWrites(const axlecast::Arguments& /*arguments*/) { return 0; }
 const OperationSpec kWrite = {.name = "write", .help = "writes", .writes = &ThreeWrites};
 const OperationSpec kHome = {.name = "home", .help = "moves the origin", .moves_datum = true};
@@ -331,6 +333,17 @@ TEST_F(AxisStateTest, WritesAreCountedBeforeTheyAreMade) {
   EXPECT_EQ(Record().writes, 1) << "two were not made";
   End(pending);
   EXPECT_EQ(Record().writes, 1);
+}
+
+TEST_F(AxisStateTest, AlsoASingleWriteIsCountedAndTakenBack) {
+  const OperationSpec once = {.name = "write", .help = "writes once", .writes = &OneWrite};
+  PendingCommand pending = Command("set_datum", S::STATE_FAILED);
+  pending.operation = &once;
+  ASSERT_TRUE(axes_.BeforeRoute(device_, pending, now_));
+  EXPECT_EQ(Record().writes, 1);
+  EXPECT_EQ(pending.reserved_writes, 1);
+  End(pending);
+  EXPECT_EQ(Record().writes, 0) << "it was not made";
 }
 
 TEST_F(AxisStateTest, WritesOfACommandWithoutOutcomeStayCounted) {
@@ -364,6 +377,14 @@ TEST_F(AxisStateTest, TheMakersBudgetIsNotExceeded) {
   EXPECT_EQ(refused.error().text,
             "its memory has had 10 of the 10 writes that the maker allows: exchange it (axlecast replace axis1)");
   EXPECT_EQ(Record().writes, 10);
+}
+
+TEST_F(AxisStateTest, ABudgetOfOneWriteIsNotExceeded) {
+  device_ = Axis(16, 0, 1);
+  PendingCommand pending = Command("set_datum");
+  pending.operation = &kWrite;
+  EXPECT_EQ(axes_.BeforeRoute(device_, pending, now_).error().reason, S::REASON_WEAR);
+  EXPECT_EQ(Record().writes, 0);
 }
 
 TEST_F(AxisStateTest, WithoutABudgetWritesHaveNoEnd) {

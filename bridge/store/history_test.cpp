@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "bridge/store/store_fixture.h"
 #include "core/command/commands.h"
@@ -124,13 +128,96 @@ TEST_F(HistoryTest, DevicesAndTheirDatums) {
   EXPECT_TRUE(reader.Events({.until_utime = kStart}).empty());
 }
 
+TEST_F(HistoryTest, AStepIsReadWhole) {
+  const auto store = OpenStore();
+  ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+  S status = WithChange(Moved(Command(1).status, S::STATE_INDETERMINATE, "fell silent"), "datum", "3", "4");
+  status.finding = S::FINDING_NO_EFFECT_SEEN;
+  status.reason_code = S::REASON_DRIVER_SILENT;
+  status.progress = 0.25F;
+  store->Outcome(status, At(1));
+  status.verified = 1;
+  store->Outcome(status, At(2));
+  const auto steps = HistoryReader(file_).Steps(1);
+  ASSERT_EQ(steps.size(), 3U);
+  EXPECT_FALSE(steps[1].verified);
+  EXPECT_EQ(steps[1].finding, S::FINDING_NO_EFFECT_SEEN);
+  EXPECT_EQ(steps[1].reason_code, S::REASON_DRIVER_SILENT);
+  EXPECT_EQ(steps[1].text, "fell silent");
+  EXPECT_EQ(steps[1].progress, 0.25F);
+  ASSERT_EQ(steps[1].changes.size(), 1U);
+  EXPECT_EQ(steps[1].changes[0].key, "datum");
+  EXPECT_EQ(steps[1].changes[0].before, "3");
+  EXPECT_EQ(steps[1].changes[0].after, "4");
+  EXPECT_TRUE(steps[2].verified);
+}
+
+TEST_F(HistoryTest, EventsAreReadOldestFirst) {
+  const auto store = OpenStore();
+  for (const int number : {1, 2, 3}) store->Note({kStart + number, "axis1", "kind", std::to_string(number)});
+  HistoryReader reader(file_);
+  const auto texts = [&reader](const HistoryFilter& filter) {
+    std::string all;
+    for (const AxisEvent& event : reader.Events(filter)) all += event.text;
+    return all;
+  };
+  EXPECT_EQ(texts({}), "123");
+  EXPECT_EQ(texts({.limit = 2}), "23");
+  EXPECT_EQ(texts({.since_utime = kStart + 2}), "23");
+  EXPECT_EQ(texts({.until_utime = kStart + 2}), "1");
+}
+
+// As a file that is damaged in one place: what is read from there fails, and the reader reports it.
+TEST_F(HistoryTest, EachReadThatFailsIsReported) {
+  using Read = std::function<bool(HistoryReader&)>;
+  const std::vector<std::pair<std::string, Read>> reads = {
+      {"commands RENAME COLUMN token", [](HistoryReader& reader) { return reader.Commands({}).empty(); }},
+      {"steps RENAME COLUMN text", [](HistoryReader& reader) { return reader.Steps(1).empty(); }},
+      {"events RENAME COLUMN kind", [](HistoryReader& reader) { return reader.Events({}).empty(); }},
+      {"axes RENAME COLUMN identity", [](HistoryReader& reader) { return reader.Devices().empty(); }},
+      {"alarm_marks RENAME COLUMN who", [](HistoryReader& reader) { return reader.AlarmMarks("axis1").empty(); }},
+      {"datums RENAME COLUMN counts", [](HistoryReader& reader) { return reader.Datums("axis1").empty(); }},
+      {"steps RENAME COLUMN number", [](HistoryReader& reader) { return reader.Now().step == 0; }},
+      {"events RENAME COLUMN number", [](HistoryReader& reader) { return reader.Now().event == 0; }},
+  };
+  for (const auto& [damage, read] : reads) {
+    for (const char* end : {"", "-wal", "-shm", "-guard"}) std::filesystem::remove(file_ + end);
+    const auto store = OpenStore();
+    ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+    ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 1}));
+    ASSERT_TRUE(store->Apply("axis1", AlarmMark{.alarm = "battery_error"}));
+    store->Note({kStart, "axis1", "moved_while_off", "text"});
+    {
+      HistoryReader reader(file_);
+      EXPECT_FALSE(read(reader)) << damage;
+      EXPECT_EQ(ErrorText(reader.state()), "") << damage;
+    }
+    ASSERT_EQ(Ask("ALTER TABLE " + damage + " TO away"), "");
+    HistoryReader reader(file_);
+    ASSERT_EQ(ErrorText(reader.state()), "");
+    EXPECT_TRUE(read(reader)) << damage;
+    EXPECT_THAT(ErrorText(reader.state()), HasSubstr("no such column")) << damage;
+  }
+}
+
+TEST_F(HistoryTest, AFileThatCannotBeLookedAtIsNotMissing) {
+  std::ofstream(folder_.path() + "/state") << "a file where a folder should be";
+  EXPECT_EQ(ErrorText(HistoryReader(file_).state()), file_ + ": Not a directory");
+}
+
 TEST_F(HistoryTest, SaysWhyThereIsNothingToRead) {
   HistoryReader missing(file_);
   EXPECT_THAT(ErrorText(missing.state()),
               HasSubstr(file_ + " does not exist: the bridge writes it, at the place that `bridge: journal`"));
   EXPECT_TRUE(missing.Commands({}).empty());
   EXPECT_TRUE(missing.Devices().empty());
+  EXPECT_TRUE(missing.Steps(1).empty());
+  EXPECT_TRUE(missing.Events({}).empty());
+  EXPECT_TRUE(missing.Datums("axis1").empty());
+  EXPECT_TRUE(missing.AlarmMarks("axis1").empty());
+  EXPECT_EQ(missing.Machine(), "");
   EXPECT_EQ(missing.Now().step, 0);
+  EXPECT_EQ(missing.Now().event, 0);
   std::filesystem::create_directories(std::filesystem::path(file_).parent_path());
   std::ofstream(file_) << "";
   EXPECT_THAT(ErrorText(HistoryReader(file_).state()), HasSubstr("is no journal of axlecast"));

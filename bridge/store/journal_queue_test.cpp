@@ -1,10 +1,14 @@
 #include "bridge/store/journal_queue.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <atomic>
 #include <condition_variable>
+#include <functional>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -16,6 +20,8 @@
 
 namespace axlecast {
 namespace {
+
+using ::testing::HasSubstr;
 
 using JournalThreadTest = StoreTest;
 
@@ -35,6 +41,56 @@ TEST_F(JournalThreadTest, RunsWorkInOrderAndItsResultsCanBeRead) {
 bool IsReadable(const JournalThread& thread, int timeout_ms) {
   pollfd readable{thread.FileDescriptor(), POLLIN, 0};
   return poll(&readable, 1, timeout_ms) == 1;
+}
+
+TEST_F(JournalThreadTest, IsWokenByWorkAndByItsEnd) {
+  JournalThread thread([this] { return OpenStore(); });
+  for (int i = 0; i < 3; ++i) {
+    thread.Run([](DurableStore&) {});
+    WaitFor(thread, 1);  // from then on it waits
+  }
+  EXPECT_FALSE(thread.ended());
+  thread.Finish();
+  while (!thread.ended()) std::this_thread::yield();
+}
+
+TEST_F(JournalThreadTest, CountsAllThatHasFinishedSinceTheLastTime) {
+  JournalThread thread([this] { return OpenStore(); });
+  EXPECT_EQ(thread.TakeFinished(), 0U);
+  for (int i = 0; i < 2; ++i) thread.Run([](DurableStore&) {});
+  thread.Finish();
+  while (!thread.ended()) std::this_thread::yield();
+  EXPECT_EQ(thread.TakeFinished(), 2U);
+  EXPECT_EQ(thread.TakeFinished(), 0U);
+}
+
+TEST_F(JournalThreadTest, TheStoreIsClosedWhenItHasEnded) {
+  JournalThread thread([this] { return OpenStore(); });
+  thread.Run([](DurableStore& store) { store.KeepPosition("axis1", {.counts = 5, .utime = kStart}); });
+  thread.Finish();
+  while (!thread.ended()) std::this_thread::yield();
+  EXPECT_EQ(Ask("SELECT position_counts FROM axes"), "5\n") << "which is written at the end";
+}
+
+class ClosingStore final : public MemoryStore {
+ public:
+  explicit ClosingStore(std::function<void()> closed) : closed_(std::move(closed)) {}
+  ~ClosingStore() override { closed_(); }
+  ClosingStore(const ClosingStore&) = delete;
+  ClosingStore& operator=(const ClosingStore&) = delete;
+
+ private:
+  const std::function<void()> closed_;
+};
+
+TEST_F(JournalThreadTest, HasNotEndedBeforeItsStoreIsClosed) {
+  std::optional<bool> ended;
+  JournalThread* self = nullptr;
+  {
+    JournalThread thread([&] { return std::make_unique<ClosingStore>([&] { ended = self->ended(); }); });
+    self = &thread;
+  }
+  EXPECT_EQ(ended, false);
 }
 
 TEST_F(JournalThreadTest, ItsFileTellsThatWorkHasFinished) {
@@ -120,6 +176,27 @@ TEST_F(JournalQueueTest, WhatIsCalledBackMayGiveMore) {
   EXPECT_EQ(told_, "b+");
 }
 
+TEST_F(JournalQueueTest, OnlyWhatHasFinishedIsSettled) {
+  queue_.Give(Named("a"), Told("a"), 0);
+  worker_.Stall();
+  queue_.Give(Named("b"), Told("b"), 0);
+  queue_.Give(Named("c"), Told("c"), 0);
+  queue_.Settle();
+  EXPECT_EQ(told_, "a+");
+  EXPECT_EQ(queue_.Age(kSecond), kSecond);
+  worker_.Recover();
+  queue_.Settle();
+  EXPECT_EQ(told_, "a+b+c+");
+}
+
+TEST_F(JournalQueueTest, ADiskThatFailedWhileAskedIsNotWrittenTo) {
+  store_.fails = true;
+  queue_.Keep(Named("a"), 0);
+  ran_.clear();
+  queue_.Ask(Named("b"), Told("b"), 0);
+  EXPECT_EQ(ran_, "b") << "a waits until the store works";
+}
+
 TEST_F(JournalQueueTest, AChangeThatFailedIsTriedAgainBeforeWhatFollows) {
   store_.fails = true;
   queue_.Keep(Named("a"), 0);
@@ -154,6 +231,7 @@ TEST_F(JournalQueueTest, TheOldestDecidesHowLongTheDiskHasNotAnswered) {
   EXPECT_EQ(
       ErrorText(queue_.Check(late)),
       "its disk has not answered for 2.3 s: look at the kernel's log (dmesg) and at what else writes to that disk");
+  EXPECT_THAT(ErrorText(queue_.Check(11 * kSecond)), HasSubstr(" for 10.0 s: "));
   worker_.Recover();
   queue_.Settle();
   EXPECT_EQ(queue_.Age(late), 0);

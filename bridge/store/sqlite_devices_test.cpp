@@ -1,5 +1,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
 
 #include "bridge/store/history.h"
 #include "bridge/store/store_fixture.h"
@@ -7,6 +11,7 @@
 namespace axlecast {
 namespace {
 
+using ::testing::HasSubstr;
 using Kind = AlarmMark::Kind;
 
 class SqliteAlarmsTest : public StoreTest {
@@ -206,6 +211,127 @@ TEST_F(SqliteAxesTest, AShaftThatStandsStillIsWrittenOnceAMinuteAndAtTheEnd) {
   store->KeepPosition("axis1", {.counts = 1, .utime = kStart + 61'000'000});
   store.reset();
   EXPECT_EQ(written(), "61000000\n");
+}
+
+TEST_F(SqliteAxesTest, APositionOutlivesTheBridge) {
+  auto store = OpenStore();
+  store->KeepPosition("axis1", {.counts = -5, .utime = kStart});
+  store.reset();
+  store = OpenStore();
+  const AxisRecord axis = store->Find("axis1");
+  ASSERT_TRUE(axis.position);
+  EXPECT_EQ(axis.position->counts, -5);
+  EXPECT_EQ(axis.position->utime, kStart);
+  ASSERT_TRUE(store->Apply("axis1", DatumVoided{kStart, "zeroed"}));
+  EXPECT_FALSE(store->Find("axis1").position);
+}
+
+TEST_F(SqliteAxesTest, APositionIsNotWrittenWithACommand) {
+  const auto store = OpenStore();
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart});
+  ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+  EXPECT_EQ(Ask("SELECT count(*) FROM axes"), "0\n");
+  store->Tick(At(1));
+  EXPECT_EQ(Ask("SELECT count(*) FROM axes"), "1\n");
+}
+
+TEST_F(SqliteAxesTest, AShaftThatStandsStillIsNotWrittenWithOneThatMoves) {
+  const auto store = OpenStore();
+  for (const int round : {0, 1}) {
+    store->KeepPosition("axis1", {.counts = 1, .utime = kStart + round});
+    store->KeepPosition("axis2", {.counts = 2 + round, .utime = kStart + round});
+    store->Tick(At(10 + round));
+  }
+  EXPECT_EQ(Ask("SELECT position_counts, position_utime - 1700000000000000 FROM axes ORDER BY device"),
+            "1|0\n3|1\n");
+}
+
+TEST_F(SqliteAxesTest, AShaftThatStandsStillIsWrittenAgainAfterUnixTimeWasSetBack) {
+  const auto store = OpenStore();
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart});
+  store->Tick(At(10));
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart - 1});
+  store->Tick(At(20));
+  EXPECT_EQ(Ask("SELECT position_utime - 1700000000000000 FROM axes"), "-1\n");
+}
+
+TEST_F(SqliteAxesTest, APositionAfterAnExchangeIsWrittenAlsoIfItIsThatOfBefore) {
+  const auto store = OpenStore();
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart});
+  store->Tick(At(10));
+  ASSERT_TRUE(store->Apply("axis1", EncoderExchanged{"17", kStart}));
+  EXPECT_EQ(Ask("SELECT position_counts FROM axes"), "\n");
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart});
+  store->Tick(At(20));
+  EXPECT_EQ(Ask("SELECT position_counts FROM axes"), "1\n");
+}
+
+TEST_F(SqliteAxesTest, ADatumThatNoCommandSetNamesNone) {
+  const auto store = OpenStore();
+  ASSERT_TRUE(store->Apply("axis1", DatumRecord{.counts = 1}));
+  ASSERT_TRUE(store->Apply("axis1", Datum(2)));
+  EXPECT_EQ(Ask("SELECT command FROM datums ORDER BY number"), "\n07000000000000000000000000000000\n");
+}
+
+// A trigger fails the change in the table: the whole change is not made.
+TEST_F(SqliteAxesTest, AChangeIsMadeWholeOrNotAtAll) {
+  const auto store = OpenStore();
+  ASSERT_TRUE(store->Apply("axis1", Datum(1)));
+  ASSERT_TRUE(store->Apply("axis1", WritesAdded{3, kStart}));
+  const std::string state = "SELECT * FROM axes; SELECT * FROM datums; SELECT * FROM alarm_marks";
+  const std::string before = Ask(state);
+  const std::pair<const char*, DeviceChange> changes[] = {
+      {"INSERT ON datums", Datum(2)},
+      {"INSERT ON axes", Datum(2)},
+      {"UPDATE ON datums", DatumVoided{kStart, "zeroed"}},
+      {"UPDATE ON axes", DatumVoided{kStart, "zeroed"}},
+      {"INSERT ON axes", WritesAdded{3, kStart}},
+      {"INSERT ON axes", ReferenceChanged{true}},
+      {"INSERT ON axes", IdentityChanged{"17"}},
+      {"UPDATE ON datums", EncoderExchanged{"17", kStart}},
+      {"INSERT ON axes", EncoderExchanged{"17", kStart}},
+      {"INSERT ON alarm_marks", AlarmMark{.alarm = "battery_error"}},
+  };
+  for (const auto& [what, change] : changes) {
+    ASSERT_EQ(
+        Ask(std::string("CREATE TRIGGER fails BEFORE ") + what + " BEGIN SELECT RAISE(ABORT, 'planted'); END"), "");
+    EXPECT_FALSE(store->Apply("axis1", change)) << what;
+    EXPECT_THAT(ErrorText(store->state()), HasSubstr("planted")) << what;
+    EXPECT_EQ(Ask("DROP TRIGGER fails; " + state), before) << what;
+  }
+}
+
+TEST_F(SqliteAxesTest, PositionsAndEventsThatCannotBeWrittenAreWrittenLater) {
+  const auto store = OpenStore();
+  store->KeepPosition("axis1", {.counts = 1, .utime = kStart});
+  double seconds = 10;
+  for (const std::string table : {"axes", "events"}) {
+    ASSERT_EQ(Ask("CREATE TRIGGER fails BEFORE INSERT ON " + table + " BEGIN SELECT RAISE(ABORT, 'planted'); END"),
+              "");
+    store->Note({kStart, "axis1", "moved_while_off", table});
+    EXPECT_EQ(ErrorText(store->state()).empty(), table == "axes") << "positions wait for the next tick";
+    store->Tick(At(seconds));
+    EXPECT_THAT(ErrorText(store->state()), HasSubstr("planted")) << table;
+    ASSERT_EQ(Ask("DROP TRIGGER fails"), "");
+    store->Tick(At(seconds + 1));
+    EXPECT_EQ(ErrorText(store->state()), "");
+    store->KeepPosition("axis1", {.counts = 2, .utime = kStart});
+    seconds += 10;
+  }
+  store->Tick(At(seconds));
+  EXPECT_EQ(Ask("SELECT position_counts FROM axes; SELECT text FROM events"), "2\naxes\nevents\n");
+}
+
+TEST_F(SqliteAxesTest, OfEventsThatCannotBeWrittenTheOldestIsForgotten) {
+  const std::string blocker = folder_.path() + "/state";
+  std::ofstream(blocker) << "a file where a folder should be";
+  const auto store = OpenStore();
+  for (std::size_t number = 0; number < SqliteAxes::kMaxEvents + 1; ++number) {
+    store->Note({static_cast<std::int64_t>(number), "axis1", "moved_while_off", "text"});
+  }
+  std::filesystem::remove(blocker);
+  store->Tick(At(10));
+  EXPECT_EQ(Ask("SELECT min(utime), max(utime), count(*) FROM events"), "1|1000|1000\n");
 }
 
 TEST_F(SqliteAxesTest, EventsAreKept) {

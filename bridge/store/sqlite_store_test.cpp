@@ -188,6 +188,77 @@ TEST_F(SqliteStoreTest, FilesOfOthersAreRefused) {
   EXPECT_EQ(Ask("SELECT name FROM sqlite_schema"), "songs\n") << "nothing was added to it";
 }
 
+TEST_F(SqliteStoreTest, TheJournalOfAnotherMachineIsNotRead) {
+  { ASSERT_TRUE(OpenStore()->Apply("axis1", DatumRecord{.counts = 7})); }
+  const SqliteStore other(file_, "press4");
+  EXPECT_FALSE(other.readable());
+  EXPECT_FALSE(other.Find("axis1").datum);
+  EXPECT_TRUE(other.Datums("axis1").empty());
+  EXPECT_TRUE(other.Marks("axis1").empty());
+}
+
+TEST_F(SqliteStoreTest, WhatChangesNothingIsNotDurableEither) {
+  std::ofstream(folder_.path() + "/state") << "a file where a folder should be";
+  const auto store = OpenStore();
+  EXPECT_FALSE(store->Apply("axis1", ReferenceChanged{false}));
+  std::filesystem::remove(folder_.path() + "/state");
+  store->Tick(At(10));
+  EXPECT_TRUE(store->Apply("axis1", ReferenceChanged{false}));
+  EXPECT_EQ(Ask("SELECT count(*) FROM axes"), "0\n") << "which needs no row";
+}
+
+TEST_F(SqliteStoreTest, AFileThatAnotherProgramChangedIsReadAgain) {
+  const auto store = OpenStore();
+  ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+  ASSERT_EQ(Ask("UPDATE meta SET value = value + 1 WHERE key = 'changes'"), "");
+  EXPECT_FALSE(store->Accepted(Command(2), At(1)));
+  EXPECT_EQ(ErrorText(store->state()), file_ + " was changed by another program: stop the other program");
+  EXPECT_FALSE(store->readable());
+  store->Tick(At(20));
+  EXPECT_EQ(ErrorText(store->state()), "");
+  EXPECT_TRUE(store->Accepted(Command(2), At(20)));
+}
+
+TEST_F(SqliteStoreTest, ATickThatHasNothingToWriteWritesNothing) {
+  const auto store = OpenStore();
+  ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+  for (const double seconds : {1, 5, 20}) store->Tick(At(seconds));
+  EXPECT_EQ(Ask("SELECT value FROM meta WHERE key = 'changes'"), "1\n");
+}
+
+TEST_F(SqliteStoreTest, ADiskThatFailsIsNotTakenForAnotherProgram) {
+  const auto store = OpenStore();
+  ASSERT_EQ(Ask("CREATE TRIGGER fails BEFORE INSERT ON meta BEGIN SELECT RAISE(ABORT, 'planted'); END"), "");
+  EXPECT_FALSE(store->Accepted(Command(1), At(0)));
+  EXPECT_EQ(ErrorText(store->state()), file_ + ": planted");
+  EXPECT_TRUE(store->readable());
+  ASSERT_EQ(Ask("DROP TRIGGER fails"), "");
+  EXPECT_TRUE(store->Accepted(Command(1), At(1)));
+}
+
+// Its pages are damaged while the bridge runs. Another program has caused that they are read again.
+TEST_F(SqliteStoreTest, DamageThatIsFoundLaterEndsTheUseOfTheFile) {
+  for (const bool by_commit : {false, true}) {
+    for (const char* end : {"", "-wal", "-shm", "-guard"}) std::filesystem::remove(file_ + end);
+    const auto store = OpenStore();
+    ASSERT_TRUE(store->Accepted(Command(1), At(0)));
+    ASSERT_EQ(Ask("CREATE TABLE other (x); PRAGMA wal_checkpoint(TRUNCATE)"), "0|0|0\n");
+    std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(4096) << std::string(std::filesystem::file_size(file_) - 4096, '\xA5');
+    file.close();
+    if (by_commit) {
+      EXPECT_FALSE(store->Apply("axis1", ReferenceChanged{true}));
+    } else {
+      EXPECT_FALSE(store->Find(NumberedId(1)));
+      EXPECT_TRUE(store->readable());
+      store->Tick(At(1));
+    }
+    EXPECT_THAT(ErrorText(store->state()), HasSubstr("it is damaged: move it away")) << by_commit;
+    EXPECT_FALSE(store->readable());
+    EXPECT_TRUE(store->Open().empty());
+  }
+}
+
 TEST_F(SqliteStoreTest, ALockByAnotherProgramDelaysAndLosesNothing) {
   const auto store = OpenStore();
   ASSERT_TRUE(store->Accepted(Command(1), At(0)));

@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -39,6 +40,7 @@ std::string PathAt(int folder, const char* path) {
 
 template <typename Call>
 int Open(int folder, const char* path, int flags, mode_t mode, const Call& call) {
+  if (FileCalls::TakePlantedFailure("open", path)) return -1;
   if (!FileCalls::Records()) return call();
   const FileCalls::Turn turn;
   const int file = call();
@@ -70,6 +72,7 @@ ssize_t WriteAtPosition(int file, const void* bytes, const Call& call) {
 
 template <typename Own>
 ssize_t WriteAt(int file, const void* bytes, std::size_t size, off_t offset, Own own) {
+  if (FileCalls::TakePlantedFailure("pwrite", file)) return -1;
   if (const auto planted = FileCalls::TakePlantedWrite()) {
     if (*planted <= 0) return *planted;
     size = std::min(size, static_cast<std::size_t>(*planted));
@@ -166,6 +169,37 @@ ssize_t pwrite(int file, const void* bytes, size_t size, off_t offset) {
 ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t offset) {
   static auto* const kOwn = AXLECAST_OWN(pwrite64);
   return axlecast::WriteAt(file, bytes, size, offset, kOwn);
+}
+
+ssize_t pread(int file, void* bytes, size_t size, off_t offset) {
+  static auto* const kOwn = AXLECAST_OWN(pread);
+  return FileCalls::TakePlantedFailure("pread", file) ? -1 : kOwn(file, bytes, size, offset);
+}
+
+ssize_t pread64(int file, void* bytes, size_t size, off64_t offset) {
+  static auto* const kOwn = AXLECAST_OWN(pread64);
+  return FileCalls::TakePlantedFailure("pread", file) ? -1 : kOwn(file, bytes, size, offset);
+}
+
+int fstat(int file, struct stat* status) noexcept {
+  static auto* const kOwn = Own(static_cast<int (*)(int, struct stat*)>(nullptr), "fstat");
+  return FileCalls::TakePlantedFailure("fstat", file) ? -1 : kOwn(file, status);
+}
+
+// SQLite's locks.
+int fcntl64(int file, int command, ...) {
+  static auto* const kOwn = AXLECAST_OWN(fcntl64);
+  va_list arguments;
+  va_start(arguments, command);
+  void* const argument = va_arg(arguments, void*);
+  va_end(arguments);
+  if (command == F_SETLK && FileCalls::TakePlantedFailure("fcntl", file)) return -1;
+  return kOwn(file, command, argument);
+}
+
+int flock(int file, int operation) noexcept {
+  static auto* const kOwn = AXLECAST_OWN(flock);
+  return FileCalls::TakePlantedFailure("flock", file) ? -1 : kOwn(file, operation);
 }
 
 int ftruncate(int file, off_t size) noexcept {

@@ -58,6 +58,13 @@ class FileCalls {
   // Returns the planted size, once, and sets errno.
   [[nodiscard]] static std::optional<ssize_t> TakePlantedWrite();
 
+  // A planted fault: after `passes` calls of `function` ("open", "fcntl" of a lock, "flock", "fstat", "pread" or "pwrite") for the file `path`, this thread's
+  // next one fails with `error`.
+  static void PlantFailure(const std::string& function, const std::string& path, int error, int passes = 0);
+  // Returns true once for the call that fails, and sets errno.
+  [[nodiscard]] static bool TakePlantedFailure(const char* function, const std::string& path);
+  [[nodiscard]] static bool TakePlantedFailure(const char* function, int file);
+
   // Returns true if the file is recorded.
   [[nodiscard]] static bool Knows(int file);
 };

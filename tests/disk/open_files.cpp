@@ -39,6 +39,14 @@ Registry& TheRegistry() {
 thread_local int paused = 0;
 thread_local std::optional<std::pair<ssize_t, int>> planted_write;  // size, errno
 
+struct PlantedFailure {
+  std::string function;
+  std::string path;
+  int error = 0;
+  int passes = 0;
+};
+thread_local std::optional<PlantedFailure> planted_failure;
+
 std::string Absolute(const std::string& path) {
   if (path.starts_with('/')) return std::filesystem::path(path).lexically_normal().string();
   return (std::filesystem::current_path() / path).lexically_normal().string();
@@ -74,6 +82,24 @@ std::optional<ssize_t> FileCalls::TakePlantedWrite() {
   if (!planted) return std::nullopt;
   errno = planted->second;
   return planted->first;
+}
+
+void FileCalls::PlantFailure(const std::string& function, const std::string& path, int error, int passes) {
+  planted_failure = {function, path, error, passes};
+}
+
+bool FileCalls::TakePlantedFailure(const char* function, const std::string& path) {
+  if (!planted_failure || planted_failure->function != function || planted_failure->path != path) return false;
+  if (planted_failure->passes-- > 0) return false;
+  errno = std::exchange(planted_failure, std::nullopt)->error;
+  return true;
+}
+
+bool FileCalls::TakePlantedFailure(const char* function, int file) {
+  if (!planted_failure || planted_failure->function != function) return false;
+  std::error_code error;
+  const auto path = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(file), error);
+  return TakePlantedFailure(function, path.string());
 }
 
 bool FileCalls::Knows(int file) { return TheRegistry().files.contains(file); }

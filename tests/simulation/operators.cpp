@@ -169,6 +169,8 @@ void Operators::JudgeOutcome(const CommandId& id, const Client& client, const co
   }
   if (client.outcomes.size() > 1) promises_.Breach(name + ": more than one outcome was reported");
   if (journalled.is_final == 0) return promises_.Breach(name + ": has no outcome in the journal");
+  if (journalled.state == S::STATE_INDETERMINATE && journalled.finding == S::FINDING_NONE)
+    promises_.Breach(name + ": has no finding in the journal");
   promises_.Count("commands that ended as " + std::string(StateName(journalled.state)));
   if (client.result.not_accepted) promises_.Breach(name + ": its client learned that no bridge took it up");
   if (client.result.answered && client.result.status.is_final != 0 &&
