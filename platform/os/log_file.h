@@ -15,6 +15,7 @@ class LogFile {
   // Creates a file, whose name is durable after Sync. Fails with EEXIST if the file exists, and with EBUSY as Continue does.
   [[nodiscard]] int Create(const std::string& path);
   // Continues an existing file at `size`, and truncates it there. Its name is durable after Sync. Fails with EBUSY if a LogFile writes to it.
+  // After another error, the file may be open without its end: do not write it.
   [[nodiscard]] int Continue(const std::string& path, std::int64_t size);
 
   // Writes `bytes`, and removes from the front what was written. The rest remains if the disk is full.

@@ -25,7 +25,8 @@ WORLDS = [
     ("GPIO", r"gpiod\.h", r"drivers/hal/pulse_lines(_test)?\.cpp"),
     ("process", r"sys/(prctl|resource|mman)\.h|\bsched_set[a-z]+\(",
      r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host\.cpp"
-     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|tests/time_guests/clock_page\.h|bench/.*"),
+     r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|tests/time_guests/clock_page\.h"
+     r"|tests/disk/limited_files\.h|bench/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),
     ("systemd", r"systemd/", r"platform/os/process\.cpp"),

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <axlecast/command_t.hpp>
+#include <axlecast/driver_command_t.hpp>
+#include <axlecast/permit_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <string>
 #include <utility>
@@ -167,6 +169,93 @@ TEST_F(RecorderTest, GoesOnWithALogThatWasTorn) {
   EXPECT_THAT(MessagesIn(log), ElementsAre("A=1", "A=2", "A=3"));
 }
 
+TEST_F(RecorderTest, NumbersItsLogsInTheirHeaders) {
+  StartSplit(0, kSecond);
+  for (int i = 0; i < 3; ++i) {
+    On("A", "1");
+    Pass(kSecond);
+  }
+  ASSERT_THAT(logs_.logs, SizeIs(3));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_THAT(std::string(AsText(logs_.logs[i].bytes)), HasSubstr("\"file_number\":" + std::to_string(i)));
+  }
+}
+
+TEST_F(RecorderTest, ALogIsSplitAtItsMaximumAgeNotBefore) {
+  StartSplit(0, 60 * kSecond);
+  for (std::size_t log = 1; log < 4; ++log) {
+    On("A", "1");
+    Pass(60 * kSecond - 1);
+    On("A", "2");
+    EXPECT_THAT(logs_.logs, SizeIs(log));
+    Pass(1);
+    On("A", "3");
+    EXPECT_THAT(logs_.logs, SizeIs(log + 1)) << "its age counts from its own begin";
+  }
+}
+
+TEST_F(RecorderTest, ALogOfExactlyTheMaximumSizeIsNotSplit) {
+  const auto logs_with = [this](std::uint64_t split_bytes) {
+    logs_.logs.clear();
+    StartSplit(split_bytes, 0);
+    for (const char* text : {"1", "22", "333"}) On("A", text);
+    End();
+    return logs_.logs.size();
+  };
+  ASSERT_EQ(logs_with(0), 1U);
+  const std::uint64_t whole = logs_.logs[0].bytes.size();
+  EXPECT_EQ(logs_with(whole), 1U) << "with its last seal";
+  EXPECT_EQ(logs_with(whole - 1), 2U);
+}
+
+TEST_F(RecorderTest, TheSmallestLimitsGiveEachMessageALogOfItsOwn) {
+  StartSplit(1, 0);
+  for (int i = 0; i < 3; ++i) On("A", "1");
+  EXPECT_THAT(logs_.logs, SizeIs(3));
+  End();
+  logs_.logs.clear();
+  StartSplit(0, 1);
+  for (int i = 0; i < 3; ++i) {
+    On("A", "1");
+    Pass(1);
+  }
+  EXPECT_THAT(logs_.logs, SizeIs(3));
+}
+
+TEST_F(RecorderTest, ASealIsDueOneSecondAfterTheBeginAndTheLastOne) {
+  Start();
+  EXPECT_EQ(recorder_->next_poll(), now_ + kSecond);
+  Pass(kSecond + 5);
+  EXPECT_EQ(recorder_->next_poll(), now_ + kSecond);
+  End();
+  EXPECT_EQ(recorder_->next_poll(), kNever);
+  EXPECT_FALSE(recorder_->recording());
+}
+
+TEST_F(RecorderTest, ARecordingThatEndedIsNotEndedAgain) {
+  Start();
+  On("A", "1");
+  End();
+  const std::int64_t bytes = recorder_->bytes();
+  End();
+  EXPECT_EQ(recorder_->bytes(), bytes);
+}
+
+TEST_F(RecorderTest, CountsTheLossesOfItsChannels) {
+  Start();
+  for (const std::int64_t seq : {1, 5}) {
+    position_t message{};
+    message.boot_id = 1;
+    message.seq = seq;
+    std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(data.data(), 0, static_cast<int>(data.size()));
+    recorder_->On({.utime = Utime(), .channel = "POSITION/axis1", .data = data}, now_);
+  }
+  const auto losses = recorder_->channels().losses();
+  ASSERT_THAT(losses, SizeIs(1));
+  EXPECT_EQ(losses[0].lost, 3);
+}
+
 class PreTriggerTest : public RecorderTest {
  protected:
   void Wait(std::size_t memory = 1 << 20) {
@@ -230,6 +319,118 @@ TEST_F(PreTriggerTest, WithoutATriggerThereIsNoLog) {
   EXPECT_THAT(logs_.logs, IsEmpty());
 }
 
+TEST_F(PreTriggerTest, ARecordingIsDueAtItsEnd) {
+  Wait();
+  EXPECT_EQ(recorder_->next_poll(), kNever);
+  On("ESTOP", "!");
+  const MonoNs end = now_ + 5 * kSecond;
+  while (now_ + kSecond < end) {
+    EXPECT_EQ(recorder_->next_poll(), now_ + kSecond) << "a seal";
+    Pass(kSecond);
+  }
+  EXPECT_EQ(recorder_->next_poll(), end);
+  Pass(kSecond - 1);
+  EXPECT_TRUE(recorder_->recording());
+  Pass(1);
+  EXPECT_FALSE(recorder_->recording());
+  EXPECT_EQ(recorder_->next_poll(), kNever);
+}
+
+TEST_F(PreTriggerTest, ALogThatWasEndedIsNotEndedWhenItsTimeIsOver) {
+  Wait();
+  On("ESTOP", "!");
+  End();
+  Pass(5 * kSecond);
+  EXPECT_THAT(logs_.logs, SizeIs(1));
+}
+
+TEST_F(PreTriggerTest, ALogBeginsWithTheTimeOfItsFirstMessage) {
+  Wait();
+  On("A", "1");
+  const std::int64_t first = Utime();
+  Pass(3 * kSecond);
+  On("ESTOP", "!");
+  Pass(5 * kSecond);
+  Pass(20 * kSecond);
+  On("ESTOP", "!");
+  ASSERT_THAT(logs_.logs, SizeIs(2));
+  EXPECT_EQ(logs_.logs[0].utime, first);
+  EXPECT_EQ(logs_.logs[1].utime, Utime()) << "nothing was before it";
+}
+
+TEST_F(PreTriggerTest, EachRecordingBeginsANewLogWithoutMessages) {
+  RecorderSettings settings;
+  settings.pre_trigger = PreTrigger{std::regex("^ESTOP"), 10 * kSecond, 5 * kSecond, 1 << 20};
+  settings.split_bytes = 1'000;
+  Start(std::move(settings));
+  for (std::size_t log = 1; log < 3; ++log) {
+    On("ESTOP", std::string(2'000, 'x'));
+    EXPECT_THAT(logs_.logs, SizeIs(log));
+    Pass(5 * kSecond);
+  }
+}
+
+TEST_F(PreTriggerTest, WithoutAPreTriggerNothingIsRemovedEarly) {
+  Start();
+  On("A", "1");
+  EXPECT_EQ(recorder_->early(), 0);
+}
+
+// The smallest memory in which the ring keeps these messages.
+std::size_t MemoryFor(const std::vector<LogEvent>& messages) {
+  for (std::size_t limit = 0; limit < 100'000; ++limit) {
+    MessageRing ring(kSecond, limit);
+    for (const LogEvent& message : messages) ring.Add(message, 0);
+    if (ring.early() == 0) return limit;
+  }
+  return 0;
+}
+
+TEST(MessageRing, AMessageTakesTheMemoryOfItsChannelItsDataAndItsPlace) {
+  const std::size_t smallest = MemoryFor({MessageOf("", "", 0)});
+  EXPECT_GE(smallest, 100U);
+  EXPECT_LE(smallest, 200U);
+  EXPECT_EQ(MemoryFor({MessageOf("A", "", 0)}), smallest + 1);
+  EXPECT_EQ(MemoryFor({MessageOf("ABC", "12345", 0)}), smallest + 8);
+  EXPECT_EQ(MemoryFor({MessageOf("ABC", "12345", 0), MessageOf("A", "", 0)}), 2 * smallest + 9);
+}
+
+TEST(MessageRing, WhatIsTakenOrTooOldOrRemovedEarlyTakesNoMemory) {
+  const LogEvent message = MessageOf("A", "12345", 7);
+  MessageRing ring(kSecond, MemoryFor({message, message, message}));
+  for (int i = 0; i < 3; ++i) ring.Add(message, 0);
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(ring.Take());
+  for (int i = 0; i < 2; ++i) ring.Add(message, 0);
+  EXPECT_EQ(ring.early(), 0) << "two were taken";
+  for (int i = 0; i < 3; ++i) ring.Add(message, kSecond + 1);
+  EXPECT_EQ(ring.early(), 0) << "three were too old";
+  for (int i = 0; i < 3; ++i) ring.Add(message, kSecond + 1);
+  EXPECT_EQ(ring.early(), 3);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(ring.Take());
+  EXPECT_FALSE(ring.Take());
+}
+
+TEST(MessageRing, KeepsMessagesForItsSpanAndGivesThemAsTheyCame) {
+  MessageRing ring(kSecond, 1 << 20);
+  ring.Add(MessageOf("A", "old", 1), 0);
+  ring.Add(MessageOf("B", "kept", 2), 1);
+  ring.Expire(kSecond);
+  ring.Expire(kSecond + 1);
+  const auto kept = ring.Take();
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->utime, 2);
+  EXPECT_EQ(kept->channel, "B");
+  EXPECT_EQ(AsText(kept->data), "kept");
+  EXPECT_FALSE(ring.Take());
+}
+
+TEST(MessageRing, AMessageLargerThanTheMemoryIsRemovedItself) {
+  MessageRing ring(kSecond, 500);
+  ring.Add(MessageOf("A", std::string(1'000, 'x'), 0), 0);
+  EXPECT_EQ(ring.early(), 1);
+  EXPECT_FALSE(ring.Take());
+}
+
 template <typename Message>
 void On(ChannelLosses& losses, const char* channel, std::int64_t seq, std::int64_t boot_id = 1) {
   Message message{};
@@ -269,9 +470,24 @@ TEST(ChannelLosses, CountsThoseThatCameFirstHoweverManyChannelsAreInvented) {
   EXPECT_EQ(found[0].lost, 8);
 }
 
+TEST(ChannelLosses, EqualLossesAreInTheOrderOfTheirChannels) {
+  ChannelLosses losses;
+  for (const char* channel : {"C", "B", "D", "A"}) {
+    for (const std::int64_t seq : {1, 3}) On<position_t>(losses, channel, seq);
+  }
+  std::vector<std::string> channels;
+  for (const ChannelLoss& loss : losses.losses()) channels.push_back(loss.channel);
+  EXPECT_THAT(channels, ElementsAre("A", "B", "C", "D"));
+}
+
 TEST(ChannelLosses, PassesOverWhatHasNoNumbers) {
   ChannelLosses losses;
-  for (const std::int64_t seq : {1, 9}) On<command_t>(losses, "COMMAND", seq);  // each client counts by itself
+  // Each client counts these by itself.
+  for (const std::int64_t seq : {1, 9}) {
+    On<command_t>(losses, "COMMAND", seq);
+    On<permit_t>(losses, "PERMIT", seq);
+    On<driver_command_t>(losses, "DRIVER_COMMAND", seq);
+  }
   losses.On({.channel = "X", .data = {}});
   const std::vector<std::uint8_t> text(100, 'x');
   losses.On({.channel = "X", .data = text});
@@ -333,6 +549,68 @@ TEST_F(TriggerWatchTest, AnAlarmThatIsGoneOrUnknownIsNone) {
   EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_DEVICE_LATCHED));
   EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_UNKNOWN));
   EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"})) << "back online, it was there all the time";
+}
+
+TEST_F(TriggerWatchTest, AnAlarmThatEndedWithoutBeingAcknowledgedFiresAgain) {
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_DRIVER_LATCHED, 0, kBegin));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_UNACKNOWLEDGED));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, AnUnknownAlarmThatWasNotPresentDoesNotFire) {
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {}));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {"battery_error"}, alarm_entry_t::STATE_UNKNOWN));
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {"battery_error"}));
+}
+
+TEST_F(TriggerWatchTest, TwoAlarmsOfAMessageFire) {
+  EXPECT_TRUE(
+      OnAlarms("ALARM/axis1", {"battery_error", "other", "battery_low"}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+}
+
+TEST_F(TriggerWatchTest, ANameOfTwentyFourBytesIsTheLongest) {
+  const std::string longest = "battery" + std::string(17, 'x');
+  EXPECT_TRUE(OnAlarms("ALARM/axis1", {longest}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+  EXPECT_FALSE(OnAlarms("ALARM/axis1", {longest + 'x'}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+}
+
+class TriggerWatchMemoryTest : public TriggerWatchTest {
+ protected:
+  static std::vector<std::string> Names(int count) {
+    std::vector<std::string> names;
+    for (int i = 0; i < count; ++i) names.push_back("name" + std::to_string(i));
+    return names;
+  }
+};
+
+TEST_F(TriggerWatchMemoryTest, AlarmsThatFoundNoRoomAreRememberedUpToSixtyFour) {
+  EXPECT_EQ(watch_.remembered(), 0U);
+  OnAlarms("ALARM/axis1", Names(63));
+  EXPECT_EQ(watch_.remembered(), 63U);
+  OnAlarms("ALARM/axis1", {"worse"}, alarm_entry_t::STATE_LIVE, 64);
+  EXPECT_EQ(watch_.remembered(), 64U);
+  OnAlarms("ALARM/axis2", Names(64));
+  OnAlarms("ALARM/axis2", {"worse"}, alarm_entry_t::STATE_LIVE, 65);
+  EXPECT_EQ(watch_.remembered(), 65U) << "of axis2 only the worse one";
+  OnAlarms("ALARM/axis2", Names(64), alarm_entry_t::STATE_LIVE, 65);
+  EXPECT_EQ(watch_.remembered(), 128U);
+}
+
+TEST_F(TriggerWatchMemoryTest, AMessageThatNamesAllAlarmsEndsTheOthers) {
+  OnAlarms("ALARM/axis1", Names(3));
+  OnAlarms("ALARM/axis1", Names(2));
+  EXPECT_EQ(watch_.remembered(), 2U);
+}
+
+TEST_F(TriggerWatchMemoryTest, AThousandChannelsAreWatched) {
+  watch_ = TriggerWatch(std::regex("battery"), kBegin);
+  for (int i = 0; i < 1'000; ++i) {
+    EXPECT_TRUE(OnAlarms("ALARM/x" + std::to_string(i), {"battery_error"}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+  }
+  EXPECT_FALSE(OnAlarms("ALARM/y", {"battery_error"}, alarm_entry_t::STATE_LIVE, 0, kBegin));
+  EXPECT_EQ(watch_.remembered(), 1'000U);
+  EXPECT_FALSE(OnAlarms("ALARM/x0", {}));
+  EXPECT_TRUE(OnAlarms("ALARM/x0", {"battery_error"})) << "it is known";
 }
 
 TEST_F(TriggerWatchTest, AnAlarmThatFoundNoRoomInAMessageMayStandStill) {

@@ -204,6 +204,7 @@ bool LogWriter::Open(const Pending& log) {
     error = CreateFile(log);
   }
   if (error != 0) {
+    file_ = LogFile();  // one that could not be cut to its end is not written
     OnWriteFailed(error);
     return false;
   }

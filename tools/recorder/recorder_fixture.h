@@ -1,6 +1,8 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <string>
@@ -17,6 +19,24 @@ namespace axlecast {
 inline LogEvent MessageOf(std::string_view channel, std::string_view text, std::int64_t utime) {
   return {.utime = utime, .channel = channel, .data = AsBytes(text)};
 }
+
+// While it lives, this thread has the rights of any other user, also if root runs the tests.
+class WithoutPrivileges {
+ public:
+  WithoutPrivileges() : was_root_(geteuid() == 0) { Become(65'534); }
+  ~WithoutPrivileges() { Become(0); }
+  WithoutPrivileges(const WithoutPrivileges&) = delete;
+  WithoutPrivileges& operator=(const WithoutPrivileges&) = delete;
+
+ private:
+  // The function of the C library would change all threads.
+  void Become(long user) const {
+    if (!was_root_) return;
+    EXPECT_EQ(syscall(SYS_setresuid, -1L, user, -1L), 0);
+  }
+
+  bool was_root_;
+};
 
 // Logs in memory.
 class MemoryLogs final : public LogSink {
@@ -35,7 +55,10 @@ class MemoryLogs final : public LogSink {
     EXPECT_TRUE(ParseEvent(record)) << "not one whole record";
     logs.back().bytes.insert(logs.back().bytes.end(), record.begin(), record.end());
   }
-  void End() override { logs.back().ended = true; }
+  void End() override {
+    EXPECT_FALSE(logs.back().ended);
+    logs.back().ended = true;
+  }
 
   std::vector<Log> logs;
 };

@@ -41,6 +41,60 @@ TEST(RecordingHealth, TellsRatesLossesAndSenders) {
   EXPECT_EQ(made.state, recorder_health_t::STATE_RECORDING);
 }
 
+TEST(RecordingHealth, RepeatsTheStatusWithItsTimes) {
+  RecordingHealth health("press3", Origin{.boot_id = 7});
+  RecordingStatus status = Status(100);
+  status.unwritten = 6;
+  status.receiver.senders = {{SenderAddress::OfIPv4(0x7f000001, 40'001), 390, 5, 0}};
+  status.disk.file_bytes = 300;
+  status.disk.free_bytes = 400;
+  status.disk.last_error = "disk full";
+  status.disk.last_error_utime = 500;
+  const recorder_health_t made = health.Make(status, 7 * kSecond, 8, false);
+  EXPECT_EQ(made.utime, 8);
+  EXPECT_EQ(made.mono_ns, 7 * kSecond);
+  EXPECT_EQ(made.name, "press3");
+  EXPECT_EQ(made.file_bytes, 300);
+  EXPECT_EQ(made.total_bytes, 10'000);
+  EXPECT_EQ(made.messages, 100);
+  EXPECT_EQ(made.lost, 6);
+  EXPECT_EQ(made.free_bytes, 400);
+  EXPECT_EQ(made.senders.at(0).received, 390);
+  EXPECT_EQ(made.last_error, "disk full");
+  EXPECT_EQ(made.last_error_utime, 500);
+}
+
+TEST(RecordingHealth, SpaceThatIsUnknownIsZero) {
+  RecordingHealth health("m", Origin{.boot_id = 7});
+  EXPECT_EQ(health.Make(Status(1), kSecond, 1, false).free_bytes, 0);
+}
+
+TEST(RecordingHealth, ThereIsNoRateWithoutATimeBefore) {
+  RecordingHealth health("m", Origin{.boot_id = 7});
+  EXPECT_EQ(health.Make(Status(100), kSecond, 1, false).messages_hz, 0) << "the first";
+  EXPECT_EQ(health.Make(Status(200), kSecond, 1, false).messages_hz, 0) << "at the same time";
+  EXPECT_EQ(health.Make(Status(300), kSecond - 1, 1, false).messages_hz, 0) << "the time ran back";
+  RecordingHealth early("m", Origin{.boot_id = 7});
+  static_cast<void>(early.Make(Status(0), 1, 1, false));
+  EXPECT_FLOAT_EQ(early.Make(Status(100), 1 + kSecond, 1, false).messages_hz, 100);
+}
+
+TEST(RecordingHealth, OfALongPathTheEndIsReported) {
+  RecordingHealth health("m", Origin{.boot_id = 7});
+  RecordingStatus status = Status(1);
+  status.disk.file = "/" + std::string(199, 'x');
+  EXPECT_EQ(health.Make(status, kSecond, 1, false).file, status.disk.file);
+  status.disk.file = "/" + std::string(200, 'x');
+  EXPECT_EQ(health.Make(status, kSecond, 1, false).file, std::string(200, 'x'));
+}
+
+TEST(RecordingHealth, MoreSendersThanTheirCountCanHoldAreTheLargestCount) {
+  RecordingHealth health("m", Origin{.boot_id = 7});
+  RecordingStatus status = Status(1);
+  status.receiver.senders.resize(40'000);
+  EXPECT_EQ(health.Make(status, kSecond, 1, false).total_senders, 32'767);
+}
+
 TEST(RecordingHealth, TellsWhatIsWrong) {
   RecordingHealth health("m", Origin{.boot_id = 7});
   const auto state_of = [&](const RecordingStatus& status, bool stopping = false) {
@@ -54,6 +108,36 @@ TEST(RecordingHealth, TellsWhatIsWrong) {
   EXPECT_EQ(state_of(status, true), recorder_health_t::STATE_DISK_FULL);
   status.disk.damaged = true;
   EXPECT_EQ(state_of(status), recorder_health_t::STATE_ERROR);
+}
+
+TEST(RecordingHealth, EveryFailureIsAnError) {
+  RecordingHealth health("m", Origin{.boot_id = 7});
+  const auto is_error = [&](const RecordingStatus& status) {
+    return health.Make(status, kSecond, 1, false).state == recorder_health_t::STATE_ERROR;
+  };
+  RecordingStatus status = Status(1);
+  status.unwritten = 1;
+  EXPECT_TRUE(is_error(status));
+  status = Status(1);
+  status.failure = "LCM failed";
+  EXPECT_TRUE(is_error(status));
+  status = Status(1);
+  status.disk.state = DiskState::kFailed;
+  EXPECT_TRUE(is_error(status));
+}
+
+TEST(RecordingStatus, IsCompleteIfNothingWasLostOrDropped) {
+  RecordingStatus status = Status(1);
+  EXPECT_TRUE(status.IsComplete());
+  status.receiver.kernel_dropped = 1;
+  EXPECT_FALSE(status.IsComplete());
+  status = Status(1);
+  for (std::int64_t* lost : {&status.receiver.lost, &status.receiver.overflow, &status.unwritten}) {
+    *lost = 1;
+    EXPECT_EQ(status.Lost(), 1);
+    EXPECT_FALSE(status.IsComplete());
+    *lost = 0;
+  }
 }
 
 TEST(RecordingHealth, AlwaysFitsADatagram) {
@@ -75,6 +159,22 @@ TEST(RecordingHealth, AlwaysFitsADatagram) {
   EXPECT_EQ(static_cast<std::size_t>(made.n_senders), made.senders.size());
   EXPECT_EQ(made.total_senders, 1'000);
   EXPECT_LE(made.getEncodedSize(), kMaxMessage) << "an IPv6 address has twice the length";
+}
+
+TEST(RecordingHealth, OneSenderIsRemovedForTheSpaceThatANameTakes) {
+  RecordingStatus status = Status(1);
+  status.receiver.senders = {{SenderAddress::OfIPv4(0x7f000001, 40'001), 390, 5, 0}};
+  RecordingHealth short_name("m", Origin{.boot_id = 7});
+  const auto size = static_cast<std::size_t>(short_name.Make(status, kSecond, 1, false).getEncodedSize());
+  const auto senders_with_name_of = [&status](std::size_t length) {
+    RecordingHealth health(std::string(length, 'm'), Origin{.boot_id = 7});
+    const recorder_health_t made = health.Make(status, kSecond, 1, false);
+    EXPECT_EQ(made.n_senders, static_cast<int>(made.senders.size()));
+    return static_cast<int>(made.n_senders);
+  };
+  EXPECT_EQ(senders_with_name_of(kMaxMessage - size + 1), 1) << "it fits exactly";
+  EXPECT_EQ(senders_with_name_of(kMaxMessage - size + 2), 0);
+  EXPECT_EQ(senders_with_name_of(kMaxMessage), 0);
 }
 
 using ::testing::ElementsAre;
