@@ -1,4 +1,4 @@
-// LcmPort by an interface that comes and goes, in a network of the test's own. What another host sends: tests/e2e/test_interface.py.
+// LcmPort by an interface that comes and goes, in a network of the test's own. What another host sends: tests/e2e/test_interface.py, too.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -8,6 +8,7 @@
 
 #include "platform/net/interface_test_support.h"
 #include "platform/net/lcm_port.h"
+#include "platform/net/lcm_receiver.h"
 #include "platform/os/system_clock.h"
 
 namespace axlecast {
@@ -115,6 +116,56 @@ TEST(LcmInterfaceOfAnAddress, FollowsTheAddressToAnotherInterface) {
   LinkCapture second("net2x");
   own.port().Publish("AFTER", kMessage);
   EXPECT_EQ(second.Count("AFTER"), 1);
+}
+
+// Sends a UDP datagram without a checksum to 239.255.76.71:17671 as the host 10.1.0.9, which is at the end `interface` of a link.
+void SendAsAnotherHost(const std::string& interface, const std::string& text) {
+  const auto size = static_cast<std::uint8_t>(text.size());
+  std::vector<std::uint8_t> frame = {0x01, 0x00, 0x5e, 0x7f, 76, 71, 2, 0, 0, 0, 0, 9, 0x08, 0x00};  // Ethernet
+  std::array<std::uint8_t, 20> ip = {
+      0x45, 0, 0, static_cast<std::uint8_t>(28 + size), 0, 0, 0, 0, 1, 17, 0, 0, 10, 1, 0, 9, 239, 255, 76, 71};
+  unsigned sum = 0;
+  for (std::size_t i = 0; i < ip.size(); i += 2) sum += static_cast<unsigned>(ip[i] << 8 | ip[i + 1]);
+  sum = ~((sum & 0xffff) + (sum >> 16));
+  ip[10] = static_cast<std::uint8_t>(sum >> 8);
+  ip[11] = static_cast<std::uint8_t>(sum);
+  frame.insert(frame.end(), ip.begin(), ip.end());
+  frame.insert(frame.end(), {0x9c, 0x40, 0x45, 0x07, 0, static_cast<std::uint8_t>(8 + size), 0, 0});  // UDP
+  frame.insert(frame.end(), text.begin(), text.end());
+  const Descriptor socket_of_link(socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0));
+  sockaddr_ll place{};
+  place.sll_family = AF_PACKET;
+  place.sll_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
+  ASSERT_EQ(sendto(socket_of_link.get(), frame.data(), frame.size(), 0, reinterpret_cast<const sockaddr*>(&place),
+                   sizeof place),
+            std::ssize(frame));
+}
+
+// Reads until a datagram has come, and returns the counts.
+ReceptionCounts CountsOfOne(const std::string& url, std::vector<std::string>& channels) {
+  LcmReceiver receiver(*ParseLcmUrl(url));
+  EXPECT_EQ(receiver.problem(), "");
+  SendAsAnotherHost("net1x", std::string("LC02\0\0\0\0A\0x", 11));
+  const SystemClock clock;
+  const auto sink = [&channels](std::string_view channel, Bytes) { channels.emplace_back(channel); };
+  for (const MonoNs end = clock.Now() + kLimit; receiver.Read(sink) == 0 && clock.Now() < end;) {
+    pollfd readable{receiver.FileDescriptor(), POLLIN, 0};
+    static_cast<void>(poll(&readable, 1, 10));
+  }
+  return receiver.counts();
+}
+
+TEST(LcmInterfaceOfAnotherHost, WhatItSendsIsRefusedAndCountedIfTheTtlIs0) {
+  const Links links;
+  MakeLink("net1", "10.1.0.1/24");
+  std::vector<std::string> channels;
+  const ReceptionCounts refused = CountsOfOne("udpm://239.255.76.71:17671?ttl=0&interface=net1", channels);
+  EXPECT_TRUE(channels.empty());
+  EXPECT_EQ(refused.outside, 1);
+  EXPECT_EQ(refused.malformed, 0);
+  const ReceptionCounts taken = CountsOfOne("udpm://239.255.76.71:17671?ttl=1&interface=net1", channels);
+  EXPECT_EQ(channels, std::vector<std::string>{"A"});
+  EXPECT_EQ(taken.outside, 0);
 }
 
 }  // namespace

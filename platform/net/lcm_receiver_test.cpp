@@ -33,6 +33,12 @@ TEST_F(ChannelSubscriptionsTest, CallsEveryHandlerThatMatchesInTheirOrder) {
   EXPECT_THAT(calls_, ElementsAre("1 BUS/x", "2 BUS/x", "2 A"));
 }
 
+TEST_F(ChannelSubscriptionsTest, AnEmptyNameIsMatchedAsAnyOther) {
+  ChannelSubscriptions subscriptions("");
+  ASSERT_TRUE(subscriptions.Add(".*", Into("1 ")));
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(subscriptions.Dispatch("", kMessage), 1U);
+}
+
 TEST_F(ChannelSubscriptionsTest, ASubscriptionCountsAlsoForNamesThatCameBefore) {
   ChannelSubscriptions subscriptions("");
   ASSERT_TRUE(subscriptions.Add("A", Into("1 ")));
@@ -64,6 +70,15 @@ TEST_F(ChannelSubscriptionsTest, CountsTheMemoryOfItsNames) {
   EXPECT_GE(before, ChannelSubscriptions::kRememberedNames * 2 * sizeof(std::string));
   subscriptions.Dispatch(std::string(1'000, 'x'), kMessage);
   EXPECT_GE(subscriptions.memory(), before + 1'900) << "the name with its prefix, and without";
+}
+
+TEST_F(ChannelSubscriptionsTest, CountsTheMemoryOfTheIndexesOfItsSubscriptions) {
+  constexpr std::size_t kSubscriptions = 200;
+  ChannelSubscriptions subscriptions("");
+  for (std::size_t i = 0; i < kSubscriptions; ++i) ASSERT_TRUE(subscriptions.Add(".*", Into("")));
+  const std::size_t before = subscriptions.memory();
+  EXPECT_EQ(subscriptions.Dispatch("A", kMessage), kSubscriptions);
+  EXPECT_GE(subscriptions.memory(), before + kSubscriptions * sizeof(std::uint16_t));
 }
 
 TEST_F(ChannelSubscriptionsTest, CallsHandlersWithTheNameThatCame) {

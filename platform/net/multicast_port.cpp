@@ -22,8 +22,7 @@ namespace {
 
 constexpr std::size_t kLargestDatagram = 65'536;  // above UDP's own limit of 65,507 bytes
 constexpr std::size_t kControlSize = 128;
-constexpr MonoNs kLookInterval =
-    400 * kMillisecond;  // less than that of the timer, so that each expiration is read
+constexpr MonoNs kLookInterval = 400 * kMillisecond;  // less than that of the timer
 
 std::string Failed(const std::string& action) { return action + ": " + std::strerror(errno); }
 
@@ -135,11 +134,9 @@ MulticastPort::MulticastPort(const LcmUrl& url)
 }
 
 bool MulticastPort::OpenTimer() {
-  constexpr itimerspec kTwiceASecond{{0, 500'000'000}, {0, 500'000'000}};
   timer_ = Descriptor(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
   wake_ = Descriptor(epoll_create1(EPOLL_CLOEXEC));
-  if (!timer_.valid() || !wake_.valid() || timerfd_settime(timer_.get(), 0, &kTwiceASecond, nullptr) != 0)
-    return false;
+  if (!timer_.valid() || !wake_.valid()) return false;
   return std::ranges::all_of(std::array{timer_.get(), socket_.get()}, [this](int file) {
     epoll_event readable{};
     readable.events = EPOLLIN;
@@ -147,13 +144,15 @@ bool MulticastPort::OpenTimer() {
   });
 }
 
-// The membership of a deleted interface is left as well: its number could come back.
+// The membership of a deleted interface is left as well: its number could come back. The timer is set again at each look, so that
+// it is never readable before the next one is due.
 void MulticastPort::Follow() {
+  constexpr itimerspec kWakeAfter{{0, 0}, {0, 500'000'000}};
+  static_assert(kLookInterval < 500 * kMillisecond);
   const MonoNs now = clock_.Now();
   if (now < next_look_) return;
   next_look_ = now + kLookInterval;
-  std::uint64_t expirations = 0;
-  [[maybe_unused]] const ssize_t expired = read(timer_.get(), &expirations, sizeof expirations);
+  static_cast<void>(timerfd_settime(timer_.get(), 0, &kWakeAfter, nullptr));
   watch_->Update();
   network_problem_ = watch_->problem();
   if (watch_->index() == joined_) return;

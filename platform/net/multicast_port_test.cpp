@@ -178,6 +178,21 @@ std::size_t ReadUntil(LcmReceiver& receiver, std::int64_t count, std::vector<std
   return datagrams;
 }
 
+// Read ten times a second, as the receivers of this project do.
+TEST(MulticastPort, AnInterfaceWakesItsUserAFewTimesASecondOnly) {
+  MulticastPort port(*ParseLcmUrl(Url("&interface=lo")));
+  ASSERT_EQ(port.problem(), "");
+  const SystemClock clock;
+  constexpr int kSeconds = 2;
+  int woken = 0;
+  for (const MonoNs end = clock.Now() + kSeconds * kSecond; clock.Now() < end;) {
+    pollfd readable{port.FileDescriptor(), POLLIN, 0};
+    woken += poll(&readable, 1, 100) > 0 ? 1 : 0;
+    static_cast<void>(port.Read());
+  }
+  EXPECT_LE(woken, 4 * kSeconds);
+}
+
 TEST(LcmReceiverTest, CountsMessagesAndMalformedDatagrams) {
   LcmReceiver receiver(*ParseLcmUrl(Url()));
   const Sender sender;
@@ -193,6 +208,38 @@ TEST(LcmReceiverTest, CountsMessagesAndMalformedDatagrams) {
   EXPECT_EQ(counts.malformed, 1);
   EXPECT_EQ(counts.dropped, 0);
   EXPECT_EQ(counts.outside, 0);
+}
+
+// Several times, because a host that is busy with something else may take 100 ms for one message, and then the counts are due anyway.
+TEST(LcmReceiverTest, MessagesAreCountedOnceTheyWereRead) {
+  LcmReceiver receiver(*ParseLcmUrl(Url()));
+  const Sender sender;
+  for (int count = 1; count <= 10; ++count) {
+    ASSERT_TRUE(sender.Send(ShortMessage("A", "1")));
+    pollfd readable{receiver.FileDescriptor(), POLLIN, 0};
+    ASSERT_EQ(poll(&readable, 1, static_cast<int>(kLimit / kMillisecond)), 1);
+    ASSERT_EQ(receiver.Read([](std::string_view, Bytes) {}), 1U);
+    EXPECT_EQ(receiver.counts().messages, count);
+  }
+}
+
+// The last burst is read before the counts are due again. Several times, as above.
+TEST(LcmReceiverTest, CountsWhatTheKernelDroppedFromTheLastBurst) {
+  LcmReceiver receiver(*ParseLcmUrl(Url("&recv_buf_size=8192")));
+  const Sender sender;
+  std::vector<std::string> channels;
+  constexpr std::int64_t kBurst = 100;
+  std::int64_t sent = 0;
+  for (int round = 0; round < 5; ++round) {
+    ASSERT_TRUE(sender.Send(ShortMessage("A", "1")));
+    ReadUntil(receiver, ++sent, channels);
+    for (std::int64_t i = 0; i < kBurst; ++i) ASSERT_TRUE(sender.Send(ShortMessage("A", std::string(500, 'x'))));
+    sent += kBurst;
+    ReadUntil(receiver, sent, channels);
+    const ReceptionCounts counts = receiver.counts();
+    ASSERT_EQ(counts.messages + counts.dropped, sent) << "round " << round;
+  }
+  EXPECT_GT(receiver.counts().dropped, 0);
 }
 
 TEST(LcmReceiverTest, CountsWhatTheKernelDroppedWhenNothingArrivesAnyMore) {

@@ -351,6 +351,15 @@ TEST_F(UdpmReceiverTest, ASenderIsEstablishedByItsSixteenthMessage) {
   EXPECT_FALSE(is_there(kOther));
 }
 
+TEST_F(UdpmReceiverTest, AnEstablishedSenderStaysSoWhileItsMessageIsIncomplete) {
+  for (std::uint32_t i = 0; i < 17; ++i) Short(i);
+  Part(17, 0);
+  for (std::uint16_t i = 0; i < UdpmReceiver::kMaxSenders; ++i) Short(0, SenderAddress::OfIPv4(0x0a000001, i));
+  Part(17, 1);
+  Part(17, 2);
+  EXPECT_EQ(messages_.back(), "BIG=abcdefghij");
+}
+
 // A flood from ever new addresses made every counter of the machine's own senders begin again.
 TEST_F(UdpmReceiverTest, ManyNewSendersDisplaceNoneThatIsEstablished) {
   for (std::uint32_t i = 0; i < 20; ++i) Short(i);
@@ -454,6 +463,22 @@ TEST(FragmentStoreTest, TakesAMessageOfExactlyItsLimit) {
   EXPECT_EQ(store.awaited(), 1);
 }
 
+TEST(FragmentStoreTest, HoldsIncompleteMessagesUpToItsLimits) {
+  const std::vector<std::uint8_t> bytes(100, 1);
+  FragmentStore one;
+  static_cast<void>(one.Add(kOne, {1, 200, 0, 0, 2, "C", bytes}, 0, true));
+  const auto held = [&bytes](const FragmentLimits& limits, const SenderAddress& second) {
+    FragmentStore store(limits);
+    static_cast<void>(store.Add(kOne, {1, 200, 0, 0, 2, "C", bytes}, 0, true));
+    static_cast<void>(store.Add(second, {2, 200, 0, 0, 2, "C", bytes}, 0, true));
+    return store.awaited();
+  };
+  EXPECT_EQ(held({.total = 1U << 20, .older = one.memory()}, kOne), 2);
+  EXPECT_EQ(held({.total = 1U << 20, .older = one.memory() - 1}, kOne), 1);
+  EXPECT_EQ(held({.total = 2 * one.memory(), .older = 0}, kOther), 2);
+  EXPECT_EQ(held({.total = 2 * one.memory() - 1, .older = 0}, kOther), 1);
+}
+
 TEST(FragmentStoreTest, HoldsAfterItsClearingAsMuchAsBefore) {
   FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 4U << 10});
   const std::vector<std::uint8_t> bytes(1'000, 1);
@@ -471,10 +496,11 @@ TEST(FragmentStoreTest, HoldsAfterItsClearingAsMuchAsBefore) {
 TEST(FragmentStoreTest, WhatWasClearedNeitherExpiresNorMakesRoom) {
   FragmentStore store(FragmentLimits{.total = 2U << 20, .older = 4U << 10});
   const std::vector<std::uint8_t> bytes(1'000, 1);
-  for (const MonoNs now : {MonoNs{0}, FragmentStore::kAge + 1}) {
+  for (const std::uint32_t round : {0U, 1U}) {
+    const MonoNs now = round == 0 ? 0 : kNever / 2;
     // Each message but the newest is an older one of its sender: the third of them is beyond the limit.
     for (std::uint32_t sequence = 0; sequence < 4; ++sequence)
-      static_cast<void>(store.Add(kOne, PartOf(sequence, 0, bytes), now, true));
+      static_cast<void>(store.Add(kOne, PartOf(100 * round + sequence, 0, bytes), now, true));
     EXPECT_GT(store.awaited(), 1);
     EXPECT_LT(store.awaited(), 4);
     store.Clear();
