@@ -68,6 +68,45 @@ TEST_F(Cia406SdoClient, AnAbortOfTheServerEndsTheTransferWithItsCode) {
   EXPECT_TRUE(Answer("80 00 00 00 00 00 00 08", 30)) << "some servers do not name the object";
 }
 
+TEST_F(Cia406SdoClient, AnAnswerThatIsNoneOfTheProtocolIsForeign) {
+  Ask({.object = kVendor, .write = {}}, 0);
+  EXPECT_FALSE(Answer("ff 18 10 01 04 00 00 00", 10));
+  EXPECT_TRUE(unexpected_answer_);
+  EXPECT_FALSE(client_.free()) << "its own may still come";
+}
+
+TEST_F(Cia406SdoClient, WithoutATransferNothingIsDue) {
+  EXPECT_EQ(client_.due(), kNever);
+  Ask({.object = kVendor, .write = {}}, 100);
+  EXPECT_EQ(client_.due(), 100 + kTimeout);
+}
+
+TEST_F(Cia406SdoClient, AnAbortThatWasNotSentIsDropped) {
+  Ask({.object = kVendor, .write = {}}, 0);
+  ASSERT_TRUE(Wait(kTimeout));
+  const CanFrame frame = *client_.abort();
+  EXPECT_FALSE(Pass(Event::Kind::kNotSent, frame.id + 1, frame.data, kTimeout));
+  EXPECT_NE(Abort(), "none") << "a frame to another node";
+  EXPECT_FALSE(Pass(Event::Kind::kNotSent, frame.id, frame.data, kTimeout));
+  EXPECT_EQ(Abort(), "none");
+}
+
+TEST_F(Cia406SdoClient, IfEveryFenceMayStillBeAnsweredTheFirstOneIsReadAgain) {
+  MonoNs now = 0;
+  std::vector<ObjectId> fences;
+  ObjectId object = kVendor;
+  for (int i = 0; i < 8; ++i) {
+    Ask({.object = object, .write = {}}, now);
+    ASSERT_TRUE(Wait(now += kTimeout));
+    SendAbort(now);
+    ASSERT_TRUE(client_.fence());
+    object = *client_.fence();
+    fences.push_back(object);
+  }
+  EXPECT_NE(fences[0], fences[1]);
+  EXPECT_EQ(fences.back(), fences.front());
+}
+
 TEST_F(Cia406SdoClient, AnAnswerOfAnotherObjectOrKindIsForeign) {
   EXPECT_FALSE(Answer("43 18 10 01 04 00 00 00", 0));
   EXPECT_TRUE(unexpected_answer_) << "nothing was requested";

@@ -51,7 +51,7 @@ double Scale::Value(std::int64_t counts) const {
     wrapped = static_cast<double>(rest) / static_cast<double>(exact_period_) * modulo_;
   } else {
     wrapped = std::fmod(static_cast<double>(counts) * unit_per_count_, modulo_);
-    if (wrapped < 0) wrapped += modulo_;
+    if (std::signbit(wrapped)) wrapped += modulo_;  // also of -0
   }
   return wrapped < modulo_ ? wrapped : 0;
 }

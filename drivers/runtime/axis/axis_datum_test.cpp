@@ -23,6 +23,23 @@ TEST_F(AxisTest, AFixedDatumOfAnAxisThatTurnsTheOtherWay) {
   EXPECT_EQ(Settle(kWhole - 99 * kTurn).counts, -kTurn);
 }
 
+TEST_F(AxisTest, AFixedDatumFarFromZeroOfAnAxisThatTurnsTheOtherWay) {
+  device_.config.direction = -1;
+  device_.config.datum_counts = 20'000 * kTurn;
+  Make();
+  EXPECT_EQ(Settle(kWhole - 20'001 * kTurn).counts, kTurn);
+}
+
+TEST_F(AxisTest, TheSameDatumAgainLeavesTheTurnsSure) {
+  device_.settings->turns_range = 0;
+  Make();
+  Read(SingleTurn(100));
+  Read(SingleTurn(100));
+  Home(50);
+  Restore(50);  // as a bridge sends it again after a restart
+  EXPECT_TRUE(Has(Read(SingleTurn(100)), position_t::FLAG_TURNS_VALID));
+}
+
 TEST_F(AxisTest, ASingleTurnAxisThatMayHaveTurnedUnseenLosesItsReference) {
   device_.settings->turns_range = 0;
   Make();
@@ -123,8 +140,35 @@ TEST_F(AxisTest, AJumpWithoutADatumLosesNoReference) {
   EXPECT_EQ(axis_->Counts(), 700 * kTurn);
   EXPECT_FALSE(axis_->reference().lost());
   EXPECT_EQ(axis_->reference().epoch(), 1);
-  EXPECT_FALSE(axis_->MotionAt(t_).standstill) << "it may be another encoder";
+  EXPECT_FALSE(axis_->MotionAt(t_).known) << "it may be another encoder";
+  EXPECT_FALSE(axis_->MotionAt(t_).standstill);
   EXPECT_TRUE(std::isnan(axis_->SpeedRadS()));
+}
+
+// It turns at 4,800 min-1 and passes half a turn from where it was before the jump.
+TEST_F(AxisTest, TheReadingsAfterAJumpAreCountedFromEachOther) {
+  device_.settings->turns_range = 0;
+  Make();
+  Read(SingleTurn(0));
+  Read(SingleTurn(0));
+  constexpr std::int64_t kPerMillisecond = kTurn * 8 / 100;
+  constexpr std::int64_t kFirst = kTurn * 45 / 100;
+  EXPECT_EQ(Read(SingleTurn(kFirst)).kind, Kind::kDoubtful);
+  EXPECT_EQ(Read(SingleTurn(kFirst + kPerMillisecond)).kind, Kind::kDoubtful);
+  const AxisReading reading = Read(SingleTurn(kFirst + 2 * kPerMillisecond));
+  EXPECT_EQ(reading.kind, Kind::kGood);
+  EXPECT_EQ(reading.counts, kFirst + 2 * kPerMillisecond);
+}
+
+TEST_F(AxisTest, AReadingThatEndsAJumpContradictsTheCountingOnce) {
+  Make();
+  Read(SingleTurn(0));
+  Read(SingleTurn(0));
+  constexpr std::int64_t kPlace = 5 * kTurn + kTurn * 45 / 100;
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(Read(kPlace).kind, Kind::kDoubtful);
+  EXPECT_EQ(Read(kPlace).counts, kPlace - 5 * kTurn) << "the first contradiction";
+  EXPECT_EQ(Read(kPlace).counts, kPlace - 5 * kTurn) << "the second one";
+  EXPECT_EQ(Read(kPlace).counts, kPlace);
 }
 
 TEST_F(AxisTest, AfterAnAnnouncedJumpTheStandstillIsUnknown) {
@@ -149,6 +193,7 @@ TEST_F(AxisTest, ADamagedReadingWithinReachIsRepairedWithoutAnEpoch) {
   const AxisReading repaired = Read(at(t_));
   EXPECT_EQ(repaired.kind, Kind::kGood);
   EXPECT_EQ(repaired.counts, at(t_ - kMillisecond));
+  EXPECT_EQ(axis_->Counts(), repaired.counts);
   EXPECT_EQ(axis_->reference().epoch(), epoch);
   EXPECT_EQ(axis_->unexplained_jumps(), 0);
   EXPECT_TRUE(Has(repaired, position_t::FLAG_REFERENCED));

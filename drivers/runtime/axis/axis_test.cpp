@@ -202,7 +202,10 @@ TEST_F(AxisTest, TurnsThatTheDeviceDoubtsAreCountedAndNotTrusted) {
   EXPECT_TRUE(Has(reading, position_t::FLAG_TURNS_VALID));
   EXPECT_TRUE(Has(reading, position_t::FLAG_REFERENCED));
   // The device trusts its counter again, but with another value: the reference is lost.
-  for (int i = 0; i < 3; ++i) reading = Read(40'000 * kTurn);
+  for (int i = 0; i < 3; ++i) {
+    reading = Read(40'000 * kTurn);
+    EXPECT_EQ(reading.kind, Kind::kGood) << "the angle is the same";
+  }
   EXPECT_EQ(reading.counts, 40'000 * kTurn - 5 * kTurn - kWhole);  // the short way round
   EXPECT_TRUE(axis_->reference().lost());
   EXPECT_FALSE(Has(reading, position_t::FLAG_REFERENCED));
@@ -214,11 +217,16 @@ TEST_F(AxisTest, ADoubtedCounterThatIsWithinReachStillTellsTheTurnAfterAGap) {
   t_ += 7 * kMillisecond;
   Sample sample = ReadingAt(t_, 5 * kTurn + 70'000);  // the short way would be backwards
   sample.turns_trusted = false;
-  const AxisReading doubted = Read(sample);
+  AxisReading doubted = Read(sample);
   EXPECT_EQ(doubted.counts, 5 * kTurn + 70'000);
   EXPECT_FALSE(Has(doubted, position_t::FLAG_TURNS_VALID));
-  const AxisReading trusted = Read(5 * kTurn + 80'000);  // it cannot have stopped within a millisecond
-  EXPECT_EQ(trusted.counts, 5 * kTurn + 80'000);
+  t_ += 6 * kMillisecond;
+  sample = ReadingAt(t_, 5 * kTurn + 140'000);
+  sample.turns_trusted = false;
+  doubted = Read(sample);
+  EXPECT_EQ(doubted.counts, 5 * kTurn + 140'000);
+  const AxisReading trusted = Read(5 * kTurn + 150'000);  // it cannot have stopped within a millisecond
+  EXPECT_EQ(trusted.counts, 5 * kTurn + 150'000);
   EXPECT_TRUE(Has(trusted, position_t::FLAG_TURNS_VALID));
   EXPECT_EQ(axis_->reference().epoch(), 0);
 }
@@ -599,6 +607,28 @@ TEST(Reference, ToClearItWithoutADatumThatWasSetIsNoJump) {
   EXPECT_EQ(fixed.datum(), 500);
 }
 
+TEST(Reference, ADatumAtTheSameCountsOfAnotherTimeIsAnotherDatum) {
+  TestDevice device;
+  Reference reference(device.config);
+  reference.Set({600, 1}, 0, 0);
+  reference.Set({600, 2}, 0, 0);
+  EXPECT_EQ(reference.epoch(), 2);
+  EXPECT_EQ(reference.datum_unix_us(), 2);
+  reference.Set({700, 2}, 0, 0);
+  EXPECT_EQ(reference.epoch(), 3);
+}
+
+TEST(Reference, ItIsLostSinceTheFirstOfSeveralLosses) {
+  for (const MonoNs set_at : {99, 100}) {
+    TestDevice device;
+    Reference reference(device.config);
+    reference.Lose(100);
+    reference.Lose(200);
+    reference.Set({600, 1}, set_at, 300);
+    EXPECT_EQ(reference.lost(), set_at < 100) << set_at;
+  }
+}
+
 // ---- what follows from a jump or a datum ----
 
 TEST_F(AxisTest, TheDirectionIsAlsoTheSignOfTheSpeed) {
@@ -682,6 +712,23 @@ TEST(Scale, AGearThatIsTooLargeForAnExactModuloStillWraps) {
   const Scale scale = Make(1, 1 << 20, 1, kModulo);
   EXPECT_NEAR(scale.Value(kTurn * (INT64_C(1) << 14)), kModulo / 2, 1e-3);
   EXPECT_NEAR(scale.Value(kTurn * (INT64_C(1) << 14) * 3), kModulo / 2, 1e-3);
+}
+
+TEST(Scale, AnExactModuloThatAProductWouldOverflowIsTheRestOfTheDivision) {
+  constexpr double kModulo = 3.0 * static_cast<double>(INT64_C(1) << 33);
+  const Scale scale = Make(1, 1 << 20, 1, kModulo);
+  EXPECT_DOUBLE_EQ(scale.Value((INT64_C(1) << 50) + (INT64_C(1) << 29)), kModulo / 2);
+}
+
+// A third of 2^55 counts: the nearest double is a whole number, the modulo is not.
+TEST(Scale, AModuloBeyond2To52CountsIsNotRoundedToAWholeNumber) {
+  EXPECT_EQ(Make(3, 1, 1, static_cast<double>(INT64_C(1) << 38)).Value(INT64_C(1) << 55), 0);
+}
+
+TEST(Scale, AModuloOfLessThanACountStillWraps) {
+  const Scale scale = Make(kTurn, 1, 1, 0.75);
+  EXPECT_DOUBLE_EQ(scale.Value(1), 0.25);
+  EXPECT_DOUBLE_EQ(scale.Value(-1), 0.5);
 }
 
 TEST(Scale, AValueIsBelowItsModuloAlsoWhereARoundingWouldReachIt) {

@@ -80,7 +80,7 @@ void DeviceHealth::OnDoubtful(ErrorKind kind, MonoNs at) {
   const bool no_valid = no_valid_ || (doubtful_ >= kNoValidCount && at - since >= kNoValidFor);
   if (mode_ == Mode::kAnswering && no_valid == no_valid_) return;
   no_valid_ = no_valid;
-  last_failure_ = kind;
+  no_valid_kind_ = kind;
   Enter(Mode::kAnswering, "", at);
 }
 
@@ -203,7 +203,7 @@ void DeviceHealth::Evaluate() {
   }
   if (no_valid_) {
     return Publish(device_info_t::STATE_DEGRADED,
-                   std::string("it answers, but no position is valid: ") + ErrorName(last_failure_));
+                   std::string("it answers, but no position is valid: ") + ErrorName(no_valid_kind_));
   }
   if (not_polled_) {
     return Publish(device_info_t::STATE_DEGRADED,

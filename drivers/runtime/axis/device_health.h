@@ -78,9 +78,10 @@ class DeviceHealth {
   MonoNs entered_ = 0;
   std::string mode_reason_ = "nothing read yet";
   std::string alarm_;
-  std::string share_;        // "2.5 % of the readings fail, ..."; empty when few do
-  bool no_valid_ = false;    // the device answers, but no reading is valid
-  bool not_polled_ = false;  // no reading succeeded or failed for a long time
+  std::string share_;                             // "2.5 % of the readings fail, ..."; empty when few do
+  bool no_valid_ = false;                         // the device answers, but no reading is valid
+  bool not_polled_ = false;                       // no reading succeeded or failed for a long time
+  ErrorKind no_valid_kind_ = ErrorKind::kDevice;  // why none was, when that began
   ErrorKind last_failure_ = ErrorKind::kTimeout;
 
   std::int64_t good_ = 0;

@@ -274,6 +274,9 @@ TEST_F(DeviceHealthTest, ALinkThatIsDownForAnotherReasonHasTheNewOne) {
   health_.OnGood(t_);
   health_.OnLink(false, "unplugged", t_);
   EXPECT_EQ(health_.reason(), "unplugged");
+  const std::int64_t revision = health_.revision();
+  health_.OnLink(false, "unplugged", t_);
+  EXPECT_EQ(health_.revision(), revision) << "for the same reason";
   health_.OnLink(false, "no permission", t_);
   EXPECT_EQ(health_.reason(), "no permission");
   health_.OnLink(true, "", t_);
@@ -330,6 +333,20 @@ TEST_F(DeviceHealthTest, AfterUndecodableBytesThreeRepliesInARowBringItBackDegra
     health_.OnGood(t_ += 100 * kMillisecond);
     health_.Tick(t_);
   }
+  EXPECT_EQ(State(), kOnline);
+}
+
+TEST_F(DeviceHealthTest, AfterUndecodableBytesItIsDegradedForAWholeSecond) {
+  health_.OnGood(t_);
+  health_.Tick(t_);
+  for (int i = 1; i <= 10; ++i) health_.OnFailure(ErrorKind::kChecksum, t_ + i * 10 * kMillisecond);
+  ASSERT_EQ(State(), kOffline);
+  health_.Tick(t_ += kSecond);
+  for (int i = 0; i < 3; ++i) health_.OnGood(t_ + 950 * kMillisecond);
+  health_.Tick(t_ += kSecond);
+  EXPECT_EQ(State(), kDegraded) << "it answers since 50 ms";
+  health_.OnGood(t_ += 900 * kMillisecond);
+  health_.Tick(t_ += 100 * kMillisecond);
   EXPECT_EQ(State(), kOnline);
 }
 
@@ -411,6 +428,22 @@ TEST_F(DeviceHealthTest, ADeviceThatWasNeverReachedHasItsTimeFromTheFirstFailure
   EXPECT_EQ(health.state(), kOffline);
 }
 
+TEST_F(DeviceHealthTest, ADeviceThatWasNotPolledYetHasItsTimeFromTheFirstFailureToo) {
+  DeviceHealth health(kMillisecond);
+  health.Tick(t_);
+  health.OnStarting(health.reason(), t_);
+  for (int i = 0; i < 3; ++i) health.OnFailure(ErrorKind::kTimeout, t_ + 2 * kSecond);
+  EXPECT_EQ(health.state(), kStarting);
+}
+
+TEST_F(DeviceHealthTest, AnotherReasonToStartDoesNotProlongTheStart) {
+  health_.OnStarting("standby", t_);
+  for (int i = 0; i < 2; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ += kSecond);
+  health_.OnStarting("warm-up", t_);
+  health_.OnFailure(ErrorKind::kTimeout, t_);
+  EXPECT_EQ(State(), kOffline);
+}
+
 TEST_F(DeviceHealthTest, AStreamThatPausedIsBackWithItsFirstReading) {
   health_.OnGood(t_);
   health_.OnFailure(ErrorKind::kSilent, t_);
@@ -450,6 +483,77 @@ TEST_F(DeviceHealthTest, AfterALostLinkTheFailuresAndTheDoubtBeginAnew) {
   EXPECT_EQ(State(), kOnline) << "one doubtful reading";
   health_.OnFailure(ErrorKind::kTimeout, t_ += 200 * kMillisecond);
   EXPECT_EQ(State(), kOnline) << "one failure";
+}
+
+TEST_F(DeviceHealthTest, TheFailuresFromBeforeALostLinkDoNotCountWhenItStarts) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 2; ++i) health_.OnFailure(ErrorKind::kTimeout, t_);
+  health_.OnLink(false, "unplugged", t_);
+  health_.OnLink(true, "", t_);
+  health_.OnFailure(ErrorKind::kTimeout, t_ + 2 * kSecond);
+  EXPECT_EQ(State(), kStarting) << "one failure";
+}
+
+TEST_F(DeviceHealthTest, AfterALostLinkOneReplyBringsADeviceBackFromUndecodableBytes) {
+  health_.OnGood(t_);
+  for (int i = 0; i < 10; ++i) health_.OnFailure(ErrorKind::kChecksum, t_ += 20 * kMillisecond);
+  ASSERT_EQ(State(), kOffline);
+  health_.OnLink(false, "unplugged", t_);
+  health_.OnLink(true, "", t_);
+  health_.OnGood(t_);
+  EXPECT_EQ(State(), kOnline);
+}
+
+// A device may state the same reason in two states.
+TEST_F(DeviceHealthTest, AStateFollowsFromWhatHappenedAndNotFromItsReason) {
+  health_.OnGood(t_);
+  health_.OnStarting("restarted", t_);
+  EXPECT_EQ(State(), kStarting);
+  health_.OnRefused("restarted", t_);
+  EXPECT_EQ(State(), kOffline);
+  health_.OnStarting("restarted", t_);
+  EXPECT_EQ(State(), kStarting);
+  health_.OnLink(false, "restarted", t_);
+  EXPECT_EQ(State(), kOffline);
+}
+
+TEST_F(DeviceHealthTest, ADoubtfulReadingIsAReadingForTheSilenceAndForThePolls) {
+  health_.OnGood(t_);
+  health_.OnDoubtful(ErrorKind::kDevice, t_ + 900 * kMillisecond);
+  health_.Tick(t_ + 1'500 * kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "it was polled 0.6 s ago";
+  for (int i = 0; i < 3; ++i) health_.OnFailure(ErrorKind::kTimeout, t_ + 1'500 * kMillisecond);
+  EXPECT_EQ(State(), kOnline) << "it answered 0.6 s ago";
+}
+
+TEST_F(DeviceHealthTest, ADeviceThatBeginsWithDoubtfulReadingsHasNoPositionAfter100Milliseconds) {
+  for (int i = 0; i < 3; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ + i * 50 * kMillisecond);
+  EXPECT_EQ(State(), kDegraded);
+  EXPECT_EQ(health_.reason(), "it answers, but no position is valid: device");
+  const std::int64_t revision = health_.revision();
+  health_.OnDoubtful(ErrorKind::kImplausible, t_ + 150 * kMillisecond);
+  EXPECT_EQ(health_.revision(), revision) << "the first kind remains";
+}
+
+TEST_F(DeviceHealthTest, AFailureIsNotTheReasonWhyNoPositionIsValid) {
+  health_.Tick(t_);
+  for (int i = 0; i < 3; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ + i * 50 * kMillisecond);
+  health_.OnFailure(ErrorKind::kTimeout, t_ + 150 * kMillisecond);
+  health_.Tick(t_ + 200 * kMillisecond);
+  EXPECT_EQ(health_.reason(), "it answers, but no position is valid: device");
+  health_.SetAlarm("");
+  EXPECT_EQ(health_.reason(), "it answers, but no position is valid: device");
+}
+
+TEST_F(DeviceHealthTest, AFailureIsNotTheReasonWhyNoPositionIsValidAfterASecondEither) {
+  health_.Tick(t_);
+  for (int i = 0; i < 3; ++i) health_.OnDoubtful(ErrorKind::kDevice, t_ += 50 * kMillisecond);
+  health_.OnFailure(ErrorKind::kTimeout, t_);
+  for (int i = 0; i < 1'500; ++i) {
+    health_.OnDoubtful(ErrorKind::kDevice, t_ += kMillisecond);
+    if (i % 100 == 99) health_.Tick(t_);
+  }
+  EXPECT_EQ(health_.reason(), "it answers, but no position is valid: device");
 }
 
 TEST_F(DeviceHealthTest, AValidReadingEndsARowOfDoubtfulOnes) {

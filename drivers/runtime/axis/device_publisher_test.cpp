@@ -173,6 +173,28 @@ TEST_F(ChannelTest, EveryReadingGoesIntoABlock) {
   EXPECT_EQ(next, 1'001);
 }
 
+TEST_F(ChannelTest, ABlockIsSentWithItsFortiethReading) {
+  device_.config.block = true;
+  Make();
+  Read(0, 40);  // the first one waited for the second
+  EXPECT_TRUE(Blocks().empty());
+  Read(0);
+  ASSERT_EQ(Blocks().size(), 1U);
+  EXPECT_EQ(Blocks()[0].n, 40);
+}
+
+TEST_F(ChannelTest, ABlockIsSentAfter100MillisecondsWithoutAReading) {
+  device_.config.block = true;
+  Make();
+  Read(0, 3);
+  const MonoNs first = t_ - 2 * kMillisecond;
+  channel_->Tick(first + 100 * kMillisecond - 1);
+  EXPECT_TRUE(Blocks().empty());
+  channel_->Tick(first + 100 * kMillisecond);
+  ASSERT_EQ(Blocks().size(), 1U);
+  EXPECT_EQ(Blocks()[0].n, 2);
+}
+
 TEST_F(ChannelTest, ADatumSplitsTheBlock) {
   device_.config.block = true;
   Make();
@@ -227,6 +249,13 @@ TEST_F(ChannelTest, OutcomesAreHandedOnWithTheDevicesName) {
   outcome.text = "done";
   channel_->OnOutcome(CommandId{}, outcome);
   EXPECT_EQ(heard, "axis1: done");
+}
+
+TEST_F(ChannelTest, AnOutcomeThatNothingWaitsForIsDropped) {
+  Make();
+  const std::size_t before = sink_.size();
+  channel_->OnOutcome(CommandId{}, Outcome{});
+  EXPECT_EQ(sink_.size(), before);
 }
 
 constexpr AlarmSpec kBattery = {6, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_ERROR, "battery_error",
@@ -383,6 +412,18 @@ TEST_F(ChannelTest, ReferenceLostIsAnAlarmUntilADatumIsSet) {
   Read(0, 100);
   EXPECT_FALSE(Alarm("reference_lost").has_value());
   EXPECT_NE(Positions().back().flags & position_t::FLAG_REFERENCED, 0);
+}
+
+TEST_F(ChannelTest, AReferenceThatWasLostHasTheTimeOfItsLoss) {
+  Make();
+  Read(0, 100);
+  channel_->OnReferenceLost();
+  Read(0);
+  const std::int64_t lost = UtcNow() - 999;  // the end of the interval of the reading
+  Read(0, 3'000);
+  ASSERT_TRUE(Alarm("reference_lost").has_value());
+  EXPECT_EQ(Alarm("reference_lost")->first_utime, lost);
+  EXPECT_EQ(Alarm("reference_lost")->last_utime, lost) << "the readings since then are no losses";
 }
 
 TEST_F(ChannelTest, AWildStampOfADatumIsNoFreshOne) {
@@ -598,85 +639,6 @@ TEST_F(ChannelTest, DoubtfulReadingsOfOneRowAreCountedInTheNextMessage) {
   EXPECT_EQ(positions[1].missed, 1);
 }
 
-// ---- times of alarms and messages ----
-
-TEST_F(ChannelTest, AJumpIsShownForAMinute) {
-  Make();
-  Read(0, 100);
-  for (int i = 0; i < 3; ++i) Read(900 * kTurn);
-  const MonoNs jumped = t_ - kMillisecond + kMicrosecond;  // the end of the interval of the reading
-  const auto shown = [&](MonoNs later) {
-    channel_->Tick(jumped + later);
-    channel_->Tick(jumped + later + 20 * kMillisecond);
-    return Alarm("position_jumped").has_value();
-  };
-  EXPECT_TRUE(shown(60 * kSecond - 21 * kMillisecond));
-  EXPECT_FALSE(shown(60 * kSecond));
-}
-
-TEST_F(ChannelTest, AStepOfTheClockIsShownForAMinute) {
-  Make();
-  Read(0, 2);
-  channel_->Tick(t_);
-  channel_->OnClockStepped();
-  const MonoNs stepped = t_;
-  channel_->Tick(stepped + 60 * kSecond - 1);
-  EXPECT_TRUE(Alarm("clock_stepped").has_value());
-  channel_->Tick(stepped + 60 * kSecond + 20 * kMillisecond);
-  EXPECT_FALSE(Alarm("clock_stepped").has_value());
-}
-
-TEST_F(ChannelTest, UnexpectedBytesAreAnAlarmAndNoMissedReading) {
-  Make();
-  Read(0, 200);
-  for (int i = 0; i < 30; ++i) channel_->OnError(ErrorKind::kUnexpectedBytes, {t_, t_});
-  Read(0, 2'100);
-  EXPECT_EQ(Positions().back().missed, 0);
-  const auto alarms = Alarms();
-  EXPECT_TRUE(std::any_of(alarms.begin(), alarms.end(), [](const alarm_t& alarm) {
-    return std::any_of(alarm.entries.begin(), alarm.entries.end(),
-                       [](const alarm_entry_t& entry) { return entry.name == "unexpected_bytes"; });
-  }));
-}
-
-TEST_F(ChannelTest, MessagesAfterChangesAre20MillisecondsApart) {
-  Make();
-  Read(0, 2'000);
-  sink_.Clear();
-  t_ += 100 * kMillisecond;
-  channel_->OnIdentity(1, "A", "");
-  channel_->Tick(t_);
-  EXPECT_EQ(Infos().size(), 1U);
-  channel_->OnIdentity(2, "A", "");
-  channel_->Tick(t_ + 20 * kMillisecond - 1);
-  EXPECT_EQ(Infos().size(), 1U);
-  channel_->Tick(t_ + 20 * kMillisecond);
-  EXPECT_EQ(Infos().size(), 2U);
-}
-
-TEST_F(ChannelTest, DeviceAndAlarmHaveTheTimeAndTheBootOfTheDriver) {
-  Make();
-  Read(0, 100);
-  channel_->Tick(t_);
-  EXPECT_EQ(Infos().back().boot_id, kBoot);
-  EXPECT_EQ(Alarms().back().boot_id, kBoot);
-  t_ += 2 * kSecond;
-  channel_->Tick(t_);
-  EXPECT_EQ(Alarms().back().mono_ns, t_);
-  EXPECT_EQ(Alarms().back().utime, UtcNow());
-  EXPECT_EQ(Infos().back().mono_ns, t_);
-}
-
-TEST_F(ChannelTest, ANewDatumIsReportedAtOnce) {
-  Make();
-  Read(0, 500);
-  const std::size_t before = Infos().size();
-  channel_->SetDatum(5, UtcNow());
-  Read(0, 2);
-  ASSERT_EQ(Infos().size(), before + 1);
-  EXPECT_EQ(Infos().back().datum_counts, 5);
-}
-
 // ---- a monitor, and the summary ----
 
 TEST_F(ChannelTest, AMonitorIsOnlineWithItsReadings) {
@@ -697,6 +659,37 @@ TEST_F(ChannelTest, AMonitorIsOnlineWithItsReadings) {
   EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 1U);
   channel_->Tick(t_ + 61 * kSecond);
   EXPECT_EQ(sink_.All<trip_log_t>("TRIP/axis1").size(), 2U);
+  EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 2U);
+}
+
+TEST_F(ChannelTest, AReadingOfAMonitorIsReportedWithoutATick) {
+  Make();
+  MotorReading reading;
+  reading.status_at = {t_, t_ += kSecond};
+  channel_->OnMotor(reading);
+  ASSERT_FALSE(Infos().empty());
+  EXPECT_EQ(Infos().back().state, device_info_t::STATE_ONLINE);
+  EXPECT_EQ(Infos().back().mono_ns, t_);
+}
+
+TEST_F(ChannelTest, TheTripOfAMonitorIsOfThePresent) {
+  Make();
+  TripRecord trip;
+  trip.at = {t_, t_ + 10 * kSecond};
+  channel_->OnTrip(trip);
+  channel_->OnClockStepped();
+  channel_->Tick(t_ + 69 * kSecond);
+  EXPECT_TRUE(Alarm("clock_stepped").has_value()) << "for a minute after it was read";
+}
+
+TEST_F(ChannelTest, TheLimitsOfAMonitorAreRepeatedAMinuteAfterTheyWereRead) {
+  Make();
+  MotorLimits limits;
+  limits.at = {t_, t_ + 30 * kSecond};
+  channel_->OnMotorLimits(limits);
+  channel_->Tick(t_ + 90 * kSecond - 1);
+  EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 1U);
+  channel_->Tick(t_ + 90 * kSecond);
   EXPECT_EQ(sink_.All<motor_limits_t>("LIMITS/axis1").size(), 2U);
 }
 

@@ -64,8 +64,13 @@ TEST_F(DeviceReportTest, ThePeriodOfADeviceIsItsOwnOrTheOneOfItsBus) {
   EXPECT_EQ(PollPeriod(device_.bus, device_.config), kMillisecond);
   device_.settings->own_period = 5 * kMillisecond;
   EXPECT_EQ(PollPeriod(device_.bus, device_.config), 5 * kMillisecond);
+  device_.settings->own_period = 1;
+  EXPECT_EQ(PollPeriod(device_.bus, device_.config), 1);
   device_.settings->own_period = 0;
   device_.bus.poll_hz = 0;
+  device_.settings->wire_time = 51 * kMicrosecond;
+  device_.bus.devices = {device_.config, device_.config};
+  EXPECT_EQ(PollPeriod(device_.bus, device_.config), 102 * kMicrosecond) << "a round of the bus";
   EXPECT_EQ(Written().poll_us, 0) << "as fast as the bus allows";
 }
 

@@ -137,6 +137,65 @@ TEST(Plausibility, OfASlowerAxisDoubtsWhatIsLittleOff) {
   }
 }
 
+// Readings at rest, 1 ms apart. Two of them and the next one allow 2 x 5 counts; two that are 2 ms apart allow 7.5.
+TEST(Plausibility, OfAHeavyAxisIsComparedWithReadingsOfLongerAgo) {
+  Plausibility judge(MotionLimits(kTurn, 3'000, 10, kNoise));
+  const auto at = [](int ms, std::int64_t counts) { return At(kSecond + ms * kMillisecond, counts); };
+  judge.Accept(at(0, 0), false);
+  judge.Accept(at(1, 0), true);
+  EXPECT_TRUE(judge.Agrees(at(2, 9)));
+  judge.Accept(at(2, 0), true);
+  EXPECT_TRUE(judge.Agrees(at(3, 7)));
+  EXPECT_FALSE(judge.Agrees(at(3, 9)));
+  EXPECT_FALSE(judge.Agrees(at(3, -9)));
+}
+
+// It begins to move by 5 counts in each reading, which two readings may differ by.
+TEST(Plausibility, OfAHeavyAxisDoubtsADriftWithinItsNoise) {
+  Plausibility judge(MotionLimits(kTurn, 3'000, 10, kNoise));
+  for (int ms = 0; ms < 3; ++ms) judge.Accept(At(kSecond + ms * kMillisecond, 0), ms > 0);
+  const auto at = [](int reading) {
+    return At(kSecond + 3 * kMillisecond + (reading - 2) * 51 * kMicrosecond, reading * 5);
+  };
+  for (int reading = 0; reading <= 2; ++reading) {
+    ASSERT_TRUE(judge.Agrees(at(reading))) << reading;
+    judge.Accept(at(reading), true);
+  }
+  EXPECT_FALSE(judge.Agrees(at(3)));
+}
+
+// It moves by 5 counts in each of the last 8 readings: too much since 1 ms ago, not since 2 ms ago.
+TEST(Plausibility, AReadingIsComparedWithTheNewestThatIsAMillisecondOld) {
+  for (const MonoNs late : {-1, 0}) {
+    Plausibility judge(MotionLimits(kTurn, 3'000, 1'000, kNoise));
+    for (int ms = 0; ms < 3; ++ms) judge.Accept(At(kSecond + ms * kMillisecond, 0), ms > 0);
+    const MonoNs last = kSecond + 3 * kMillisecond + late;
+    for (int reading = 1; reading < 8; ++reading) {
+      const UnwrappedSample sample = At(last - (8 - reading) * 51 * kMicrosecond, reading * 5);
+      ASSERT_TRUE(judge.Agrees(sample)) << reading;
+      judge.Accept(sample, true);
+    }
+    EXPECT_EQ(judge.Agrees(At(last, 40)), late < 0);
+  }
+}
+
+// Rest until 1.1 ms after the first reading of unknown distance, and then 5 counts in each of 8 readings.
+TEST(Plausibility, TheComparisonBeginsWithTheFirstReadingOfUnknownDistance) {
+  Plausibility judge(MotionLimits(kTurn, 3'000, 10, kNoise));
+  judge.Accept(At(kSecond, 0), false);
+  judge.Accept(At(kSecond + 100 * kMicrosecond, 0), false);
+  judge.Accept(At(kSecond + 1'000 * kMicrosecond, 0), true);
+  judge.Accept(At(kSecond + 1'100 * kMicrosecond, 0), true);
+  const auto at = [](int reading) {
+    return At(kSecond + 2'100 * kMicrosecond - (8 - reading) * 51 * kMicrosecond, reading * 5);
+  };
+  for (int reading = 1; reading < 8; ++reading) {
+    ASSERT_TRUE(judge.Agrees(at(reading))) << reading;
+    judge.Accept(at(reading), true);
+  }
+  EXPECT_FALSE(judge.Agrees(at(8)));
+}
+
 // A shaft within its limits, read at any rate, with noise and instants anywhere in their intervals, is never
 // doubted.
 TEST(Plausibility, NeverDoubtsAPossibleMotion) {
@@ -264,6 +323,19 @@ TEST(Plausibility, LowAccuracyMayBeOffByOnePartIn32) {
   EXPECT_FALSE(judge.Agrees(At(kSecond + 51 * kMicrosecond, kTurn / 16)));
 }
 
+TEST(Plausibility, AJumpBetweenReadingsOfLowAccuracyIsImplausible) {
+  Plausibility judge(Limits());
+  const auto low = [](int reading, std::int64_t counts) {
+    UnwrappedSample sample = At(kSecond + reading * 51 * kMicrosecond, counts);
+    sample.low_accuracy = true;
+    return sample;
+  };
+  Start(judge, low(0, 0));
+  EXPECT_EQ(judge.TakeDoubtful(low(1, kTurn / 4)), Plausibility::Doubt::kImplausible);
+  EXPECT_EQ(judge.TakeDoubtful(low(2, kTurn / 4)), Plausibility::Doubt::kImplausible);
+  EXPECT_EQ(judge.TakeDoubtful(low(3, kTurn / 4)), Plausibility::Doubt::kAcceptedAfterJump);
+}
+
 TEST(Plausibility, TheJumpThatEndsLowAccuracyIsNotImplausible) {
   Plausibility judge(Limits());
   UnwrappedSample low = At(kSecond, 0);
@@ -292,109 +364,6 @@ TEST(Plausibility, AReadingFromThePastIsJudgedByNoiseAlone) {
   EXPECT_FALSE(judge.Agrees(At(kSecond - kMillisecond, 3'000)));
 }
 
-constexpr std::int64_t kTolerance = 36 + 2 * 4;  // 0.1 degrees of 17 bits, and twice the noise
-
-class StandstillTest : public testing::Test {
- protected:
-  // Readings of a shaft at standstill, `period` apart, over `duration`.
-  void Rest(MonoNs duration, MonoNs period, bool continuous = true) {
-    for (const MonoNs end = t_ + duration; t_ < end; t_ += period) judge_.Add(At(t_, counts_), continuous);
-  }
-  Motion Now(MonoNs later = 0) { return judge_.At(t_ + later); }
-
-  Standstill judge_{kTurn, 4};
-  MonoNs t_ = kSecond;
-  std::int64_t counts_ = 1'000;
-};
-
-TEST_F(StandstillTest, NothingIsKnownAtFirst) {
-  EXPECT_FALSE(Now().known);
-  Rest(39 * kMillisecond, kMillisecond);
-  EXPECT_FALSE(Now().known);
-  EXPECT_FALSE(Now().standstill);
-}
-
-TEST_F(StandstillTest, FortyMillisecondsOfRest) {
-  Rest(41 * kMillisecond, kMillisecond);
-  EXPECT_TRUE(Now().known);
-  EXPECT_TRUE(Now().standstill);
-  EXPECT_EQ(Now().counts, 1'000);
-}
-
-TEST_F(StandstillTest, AtTheFullRateOfTheWire) {
-  Rest(41 * kMillisecond, 51 * kMicrosecond);
-  EXPECT_TRUE(Now().standstill);
-  counts_ += kTolerance + 1;
-  Rest(51 * kMicrosecond, 51 * kMicrosecond);
-  EXPECT_TRUE(Now().known);
-  EXPECT_FALSE(Now().standstill);
-}
-
-TEST_F(StandstillTest, NoiseIsRestAndMoreIsNot) {
-  for (const auto& [spread, still] : {std::pair{kTolerance, true}, std::pair{kTolerance + 1, false}}) {
-    judge_.Forget();
-    for (int i = 0; i < 60; ++i, t_ += kMillisecond) judge_.Add(At(t_, i % 2 == 0 ? 0 : spread), true);
-    EXPECT_EQ(Now().standstill, still) << spread;
-    EXPECT_TRUE(Now().known);
-  }
-}
-
-TEST_F(StandstillTest, AnOldReadingTellsNothing) {
-  Rest(100 * kMillisecond, kMillisecond);
-  EXPECT_TRUE(Now(118 * kMillisecond).standstill);
-  EXPECT_FALSE(Now(122 * kMillisecond).known);
-}
-
-TEST_F(StandstillTest, ALongGapBeginsAnew) {
-  Rest(100 * kMillisecond, kMillisecond);
-  t_ += 130 * kMillisecond;
-  Rest(2 * kMillisecond, kMillisecond);
-  EXPECT_FALSE(Now().known);
-}
-
-// T-format resets: ten requests 40 ms apart, whose replies hold no turns (TS5669 spec 8).
-TEST_F(StandstillTest, AResetSequenceKeepsWatching) {
-  Rest(100 * kMillisecond, kMillisecond);
-  for (int request = 0; request < 10; ++request) {
-    t_ += 40 * kMillisecond;
-    ASSERT_TRUE(Now().standstill) << request;
-    judge_.Add(At(t_, counts_), false);
-  }
-  t_ += 40 * kMillisecond;
-  judge_.Add(At(t_, counts_ + 1'000), false);
-  EXPECT_TRUE(Now().known);
-  EXPECT_FALSE(Now().standstill);
-  for (int request = 0; request < 5; ++request) {
-    t_ += 40 * kMillisecond;
-    judge_.Add(At(t_, counts_ + 1'000), false);
-  }
-  EXPECT_FALSE(Now().standstill);
-}
-
-TEST_F(StandstillTest, TwoReadings40MillisecondsApartSufficeWhereTurnsAreRead) {
-  judge_.Add(At(t_, 7), true);
-  t_ += 40 * kMillisecond;
-  judge_.Add(At(t_, 8), true);
-  EXPECT_TRUE(Now().standstill);
-}
-
-// 1,500 min-1 read every 40 ms without turns shows the same angle each time.
-TEST_F(StandstillTest, AliasesDoNotEstablishStandstill) {
-  Rest(2 * kSecond, 40 * kMillisecond, false);
-  EXPECT_FALSE(Now().standstill);
-}
-
-TEST_F(StandstillTest, TellsTheSpeed) {
-  // 60 min-1: one turn a second.
-  for (int i = 0; i < 100; ++i, t_ += kMillisecond) judge_.Add(At(t_, i * kTurn / 1'000), true);
-  EXPECT_NEAR(Now().speed_rpm, 60, 0.5);
-  EXPECT_FALSE(Now().standstill);
-  counts_ = 100 * kTurn / 1'000;
-  Rest(200 * kMillisecond, kMillisecond);
-  EXPECT_EQ(Now().speed_rpm, 0);
-  EXPECT_TRUE(Now().standstill);
-}
-
 // ---- limits of the configuration and of the model ----
 
 TEST(MotionLimits, AZeroIsNoLimitAndOneIsALimit) {
@@ -407,6 +376,27 @@ TEST(MotionLimits, AZeroIsNoLimitAndOneIsALimit) {
   const MotionLimits heavy(kTurn, 0, 1, kNoise);  // within 1 s it reaches 1 rad/s
   EXPECT_TRUE(heavy.AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, kTurn / 7)));
   EXPECT_FALSE(heavy.AccelerationAllows(At(0, 0), At(kSecond, 0), At(2 * kSecond, kTurn / 6)));
+}
+
+TEST(MotionLimits, TheLimitItselfIsAllowed) {
+  const MotionLimits speed(INT64_C(60'000'000'000), 1, 0, 0);  // a count in 1 ns
+  EXPECT_TRUE(speed.SpeedAllows(At(0, 0), At(10, 10 + 1)));
+  EXPECT_FALSE(speed.SpeedAllows(At(0, 0), At(10, 10 + 2)));
+  const MotionLimits acceleration(INT64_C(1'000'000'000'000'000'000), 0, 2 * std::numbers::pi,
+                                  0);  // a count in 1 ns2
+  EXPECT_TRUE(acceleration.AccelerationAllows(At(0, 0), At(2, 0), At(4, 6)));
+  EXPECT_FALSE(acceleration.AccelerationAllows(At(0, 0), At(2, 0), At(4, 7)));
+}
+
+// The first two readings may be 1 ns or 20 ms apart, and an error of reduced accuracy is no whole number.
+TEST(MotionLimits, AnUncertainTimeAllowsTheSlowestAndTheFastestSpeed) {
+  const MotionLimits limits(1'000, 0, kMaxAcceleration, 0);
+  UnwrappedSample low = At(kSecond, 0);
+  low.low_accuracy = true;
+  const Interval late = {kSecond + 1, kSecond + 20 * kMillisecond};
+  const MonoNs third = kSecond + 21 * kMillisecond;
+  EXPECT_TRUE(limits.AccelerationAllows(low, {33, late}, At(third, 33))) << "three quarters of a count in 20 ms";
+  EXPECT_TRUE(limits.AccelerationAllows(low, {-32, late}, At(third, 9'968))) << "a quarter of a count in 1 ns";
 }
 
 TEST(MotionLimits, TheConfigurationPrecedesTheModel) {
@@ -425,6 +415,7 @@ TEST(MotionLimits, TheConfigurationPrecedesTheModel) {
   EXPECT_TRUE(is_allowed(6'000 * kTurn));
   EXPECT_FALSE(is_allowed(6'001 * kTurn));
   EXPECT_TRUE(is_reached(10'000 * kTurn));
+  EXPECT_FALSE(is_reached(13'000 * kTurn));
   device.speed_rpm = 1;
   device.accel_rad_s2 = 1;
   EXPECT_TRUE(is_allowed(kTurn));
@@ -549,92 +540,25 @@ TEST_F(SpeedTest, TheLastReadingCountsEvenIfItIsCloseToTheOneBefore) {
   EXPECT_GT(speed_.CountsPerSecond(), 120'000);
 }
 
-// ---- the begin and the end of a standstill ----
-
-TEST_F(StandstillTest, AReadingOf120MillisecondsIsTheOldestThatCounts) {
-  Rest(100 * kMillisecond, kMillisecond);
-  const MonoNs last = t_ - kMillisecond;
-  EXPECT_TRUE(judge_.At(last + Standstill::kOldest).standstill);
-  const Motion old = judge_.At(last + Standstill::kOldest + 1);
-  EXPECT_FALSE(old.standstill);
-  EXPECT_FALSE(old.known);
-  EXPECT_EQ(old.counts, counts_) << "the last position remains";
-  EXPECT_EQ(old.at, last);
+TEST_F(SpeedTest, AReadingCloseToTheOneBeforeIsUsedAsTheLastOneOnly) {
+  speed_.Add(At(kSecond, 0));
+  speed_.Add(At(kSecond + 100 * kMicrosecond, 50));
+  speed_.Add(At(kSecond + 1'100 * kMicrosecond, 110));
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
 }
 
-TEST_F(StandstillTest, AGapOf120MillisecondsContinuesAStandstillAndALongerOneEndsIt) {
-  for (const bool longer : {false, true}) {
-    judge_.Forget();
-    Rest(41 * kMillisecond, kMillisecond);
-    t_ += Standstill::kOldest - kMillisecond + (longer ? 1 : 0);
-    judge_.Add(At(t_, counts_), true);
-    EXPECT_EQ(Now().standstill, !longer);
-    EXPECT_EQ(Now().known, !longer);
-  }
+TEST_F(SpeedTest, ItBeginsWithTheFirstReadingAfterAJump) {
+  speed_.Add(At(kSecond, 0));
+  speed_.Forget();
+  speed_.Add(At(kSecond + 100 * kMicrosecond, 0));
+  speed_.Add(At(kSecond + 1'100 * kMicrosecond, 100));
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
 }
 
-TEST_F(StandstillTest, TheReadingsMustCover40Milliseconds) {
-  judge_.Add(At(t_, 7), true);
-  judge_.Add(At(t_ + 40 * kMillisecond - 1, 7), true);
-  EXPECT_FALSE(Now().standstill);
-  judge_.Add(At(t_ + 40 * kMillisecond, 7), true);
-  EXPECT_TRUE(Now().standstill);
-}
-
-TEST_F(StandstillTest, ACoarseEncoderMayFlickerByTwoCounts) {
-  for (const std::int64_t spread : {2, 3}) {
-    Standstill coarse(1'024, 0);
-    for (int ms = 0; ms <= 60; ++ms) coarse.Add(At(ms * kMillisecond, ms % 2 == 0 ? 0 : spread), true);
-    EXPECT_EQ(coarse.At(60 * kMillisecond).standstill, spread == 2) << spread;
-  }
-}
-
-TEST_F(StandstillTest, ANoisyEncoderMayFlickerByTwiceItsNoise) {
-  for (const std::int64_t spread : {2 * 50 + 2, 2 * 50 + 3}) {
-    Standstill noisy(1'024, 50);
-    for (int ms = 0; ms <= 60; ++ms) noisy.Add(At(ms * kMillisecond, ms % 2 == 0 ? 0 : spread), true);
-    EXPECT_EQ(noisy.At(60 * kMillisecond).standstill, spread == 2 * 50 + 2) << spread;
-  }
-}
-
-TEST_F(StandstillTest, AMotionIsKnownAfter40MillisecondsOfReadings) {
-  judge_.Add(At(t_, 0), true);
-  judge_.Add(At(t_ + 40 * kMillisecond - 1, 10'000), true);
-  EXPECT_FALSE(judge_.At(t_ + 40 * kMillisecond).known);
-  judge_.Add(At(t_ + 40 * kMillisecond, 10'000), true);
-  EXPECT_TRUE(judge_.At(t_ + 40 * kMillisecond).known);
-  EXPECT_FALSE(judge_.At(t_ + 40 * kMillisecond).standstill);
-}
-
-TEST_F(StandstillTest, AShaftThatStopsIsAtRestAfter40Milliseconds) {
-  for (int i = 0; i < 100; ++i, t_ += kMillisecond) judge_.Add(At(t_, i * 1'000), true);
-  counts_ = 99'000;
-  Rest(39 * kMillisecond, kMillisecond);
-  EXPECT_FALSE(Now().standstill);
-  EXPECT_TRUE(Now().known);
-  Rest(2 * kMillisecond, kMillisecond);
-  EXPECT_TRUE(Now().standstill);
-}
-
-// The speed is the largest over 5 ms or more, in the present 40 ms and those before.
-TEST_F(StandstillTest, TheLargestSpeedRemainsForTwiceTheTime) {
-  Standstill judge(60'000, 0);  // 1 count per ms is 1 min-1
-  MonoNs t = 0;
-  std::int64_t counts = 0;
-  const auto turn = [&](int milliseconds, std::int64_t step) {
-    for (int ms = 0; ms < milliseconds; ++ms) {
-      judge.Add(At(t, counts), true);
-      t += kMillisecond;
-      counts += step;
-    }
-    return judge.At(t).speed_rpm;
-  };
-  EXPECT_DOUBLE_EQ(turn(5, 100), 0) << "less than 5 ms";
-  EXPECT_DOUBLE_EQ(turn(5, 100), 100);
-  EXPECT_DOUBLE_EQ(turn(11, -300), 300);
-  EXPECT_DOUBLE_EQ(turn(20, 0), 300) << "of the 40 ms before";
-  EXPECT_DOUBLE_EQ(turn(39, 0), 300);
-  EXPECT_DOUBLE_EQ(turn(1, 0), 0);
+TEST_F(SpeedTest, ItIsAsExactFarFromZero) {
+  counts_ = INT64_C(1) << 52;
+  Turn(20 * kMillisecond, kMillisecond, 100);
+  EXPECT_NEAR(speed_.CountsPerSecond(), 100'000, 1e-6);
 }
 
 // ---- more about plausibility ----
@@ -669,6 +593,14 @@ TEST(Plausibility, ACountingFromAnotherTurnMovesAllThatIsCompared) {
   EXPECT_EQ(judge.Last()->counts, kTurn);
   EXPECT_TRUE(judge.Agrees(At(t + 2 * kMillisecond, kTurn)));
   EXPECT_EQ(judge.TakeDoubtful(At(t + 2 * kMillisecond, kTurn + 60'000)), Plausibility::Doubt::kAcceptedAfterJump);
+}
+
+TEST(Plausibility, ACountingFromAnotherTurnLeavesTheOlderReadingsOut) {
+  Plausibility judge(Limits());
+  Start(judge, At(kSecond, 0));
+  for (int ms = 1; ms <= 3; ++ms) judge.Accept(At(kSecond + ms * kMillisecond, 0), true);
+  judge.Shift(kTurn);
+  EXPECT_TRUE(judge.Agrees(At(kSecond + 4 * kMillisecond, kTurn)));
 }
 
 TEST(Plausibility, AfterAnAnnouncedJumpTheConfirmationsBeginAnew) {

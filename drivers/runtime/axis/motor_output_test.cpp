@@ -32,7 +32,7 @@ MotorReading ReadingAt(MonoNs at) {
   reading.status_bits = 0x22;
   reading.trip_factor = {0x20, 0x02, 0};
   reading.tripped = true;
-  reading.stop_coil = 0;
+  reading.stop_coil = 1;
   reading.mains_hz = 60;
   return reading;
 }
@@ -68,7 +68,7 @@ TEST_F(MotorOutputTest, TheMessageHoldsTheReading) {
   EXPECT_EQ(motor.trip_count, 3);
   EXPECT_EQ(motor.status_bits, 0x22);
   EXPECT_EQ(motor.trip_factor[1], 2);
-  EXPECT_EQ(motor.stop_coil, 0);
+  EXPECT_EQ(motor.stop_coil, 1);
   EXPECT_EQ(motor.logged_in, -1);
   EXPECT_EQ(motor.mains_hz, 60);
   EXPECT_EQ(motor.flags, kAnalogValid | kStatusValid | kTripped | kSimulated);
@@ -107,6 +107,7 @@ TEST_F(MotorOutputTest, EveryTripOnceAndTheNewestEachMinute) {
   record.trip_count = 3;
   output_.Take(record);
   ASSERT_THAT(Trips(), SizeIs(2));
+  EXPECT_EQ(Trips()[1].seq, 1);
   const trip_log_t trip = Trips()[0];
   EXPECT_EQ(trip.device, "gm3");
   EXPECT_EQ(trip.trip_count, 4);
@@ -204,6 +205,25 @@ TEST_F(MotorOutputTest, WithoutARateEveryReadingIsPublished) {
   const auto motors = sink_.All<motor_health_t>("MOTOR/gm4");
   ASSERT_THAT(motors, SizeIs(3));
   EXPECT_EQ(motors[0].flags, kAnalogValid | kStatusValid | kTripped | motor_health_t::FLAG_REDECODED);
+}
+
+TEST_F(MotorOutputTest, WithoutARateEveryReadingOfOneTimeIsPublished) {
+  MotorOutput all("gm4", 0, {.origin = {}, .time = &time_, .sink = &sink_, .on_outcome = {}}, false);
+  for (int i = 0; i < 3; ++i) all.Take(ReadingAt(kStart));
+  EXPECT_THAT(sink_.All<motor_health_t>("MOTOR/gm4"), SizeIs(3));
+}
+
+TEST_F(MotorOutputTest, OneHertzIsARate) {
+  MotorOutput slow("gm4", 1, {.origin = {}, .time = &time_, .sink = &sink_, .on_outcome = {}}, false);
+  for (int i = 0; i <= 20; ++i) slow.Take(ReadingAt(kStart + i * 100 * kMillisecond));
+  EXPECT_THAT(sink_.All<motor_health_t>("MOTOR/gm4"), SizeIs(3));
+}
+
+TEST_F(MotorOutputTest, TheFirstReadingSoonAfterTheBootOfTheHostIsPublished) {
+  MotorReading reading;
+  reading.status_at = {1, kMillisecond};
+  output_.Take(reading);
+  EXPECT_THAT(Motors(), SizeIs(1));
 }
 
 TEST_F(MotorOutputTest, AReadingMayComeUpToATenthEarly) {

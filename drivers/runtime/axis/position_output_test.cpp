@@ -144,6 +144,21 @@ TEST(PublishPace, EveryTickIsAMultipleOfOneAndZeroIsATick) {
   EXPECT_TRUE(tenth.Good(kSecond + 120 * kMillisecond, kGood, 0));
 }
 
+TEST(PublishPace, ATickIsPublishedOnce) {
+  PublishPace pace(100, 1'000, 10);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0, 10));
+  EXPECT_FALSE(pace.Good(kSecond + 1, kGood, 0, 10));
+  EXPECT_TRUE(pace.Good(kSecond + 2, kGood, 0, 9))
+      << "more than a message before it: the ticks are counted from elsewhere";
+}
+
+TEST(PublishPace, TicksDoNotMatterIfARateIsNoWholeNumberOfThem) {
+  PublishPace pace(300, 1'000);
+  EXPECT_TRUE(pace.Good(kSecond, kGood, 0, 0));
+  EXPECT_FALSE(pace.Good(kSecond + 3 * kMillisecond, kGood, 0, 3));
+  EXPECT_TRUE(pace.Good(kSecond + 4 * kMillisecond, kGood, 0, 4));
+}
+
 Interval At(MonoNs middle) { return {middle - 3'000, middle + 3'000}; }
 
 TEST(Block, FortyReadingsFillIt) {
@@ -156,6 +171,7 @@ TEST(Block, FortyReadingsFillIt) {
     block.Add(At(at), 100 + i, i, 2);
   }
   EXPECT_TRUE(block.Full());
+  EXPECT_TRUE(block.MustGoBefore(kSecond + 40 * 51'000, 2));
   const position_block_t& message = block.message();
   EXPECT_EQ(message.n, 40);
   EXPECT_EQ(message.mono_ns, kSecond);

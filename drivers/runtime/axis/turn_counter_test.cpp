@@ -76,6 +76,7 @@ TEST_F(TurnCounterTest, AfterALongGapTheEndsOfTheAxisDecide) {
 TEST_F(TurnCounterTest, ADistanceIsKnownIfLessThanHalfATurnIsPossible) {
   Make(TurnsMode::kModulo, 0);
   EXPECT_TRUE(counter_->Follow({0, {0, 0}}, Read(4'980 * kMicrosecond, 400, false)).continuous);
+  EXPECT_FALSE(counter_->Follow({0, {0, 0}}, Read(4'990 * kMicrosecond, 400, false)).continuous) << "exactly half";
   EXPECT_FALSE(counter_->Follow({0, {0, 0}}, Read(5'000 * kMicrosecond, 400, false)).continuous);
 }
 
@@ -105,6 +106,43 @@ TEST_F(TurnCounterTest, AnotherTurnIsBelievedAfterThreeEqualContradictions) {
   EXPECT_TRUE(counter_->CountedByDriver(Read(t, 3'000, false)));
   EXPECT_EQ(take(3'010), 3'010);
   EXPECT_EQ(last_.correction, 0);
+}
+
+TEST_F(TurnCounterTest, ContradictionsFromBeforeABeginDoNotCount) {
+  Make(TurnsMode::kModulo);
+  MonoNs t = 0;
+  for (int begin = 0; begin < 2; ++begin) {
+    const Sample first = Read(t += kMillisecond, 0, false);
+    counter_->Begin(first, true);
+    UnwrappedSample at = counter_->First(first, std::nullopt);
+    for (int i = 0; i < 2; ++i) at = Take(at, Read(t += kMillisecond, 2'000));
+    EXPECT_EQ(at.counts, 0) << begin;
+  }
+}
+
+TEST_F(TurnCounterTest, ContradictionsOfAnotherGapDoNotCount) {
+  Make(TurnsMode::kModulo);
+  const Sample first = Read(0, 0);
+  counter_->Begin(first, true);
+  UnwrappedSample at = counter_->First(first, std::nullopt);
+  MonoNs t = 0;
+  for (const std::int64_t turns : {2, 4}) {
+    at = Take(at, Read(t += kSecond, 0, false));
+    for (int i = 0; i < 2; ++i) at = Take(at, Read(t += kMillisecond, turns * kPerTurn));
+    EXPECT_EQ(at.counts, (turns - 2) * kPerTurn);
+    at = Take(at, Read(t += kMillisecond, turns * kPerTurn));
+    EXPECT_EQ(at.counts, turns * kPerTurn);
+  }
+}
+
+TEST_F(TurnCounterTest, RepliesWithoutTurnsContradictNothing) {
+  Make(TurnsMode::kModulo);
+  const Sample first = Read(0, 0, false);
+  counter_->Begin(first, true);
+  UnwrappedSample at = counter_->First(first, std::nullopt);
+  for (int ms = 1; ms <= 20; ++ms) at = Take(at, Read(ms * kMillisecond, ms * 75, false));
+  for (int ms = 21; ms <= 25; ++ms) at = Take(at, Read(ms * kMillisecond, 1'500, false));
+  EXPECT_EQ(at.counts, 1'500);
 }
 
 TEST_F(TurnCounterTest, ACounterThatAgreesIsBelievedAtOnce) {
@@ -140,19 +178,49 @@ TEST_F(TurnCounterTest, ACounterThatTheDeviceDoubtsIsNotSureUntilItIsTrustedAgai
   EXPECT_EQ(at.counts, 2'000);
 }
 
-TEST_F(TurnCounterTest, ALongGapWithoutACounterThatIsTrustedLosesTheTurns) {
+TEST_F(TurnCounterTest, TheTurnsOfADatumStaySureWhileTheDeviceDoubtsItsCounter) {
   Make(TurnsMode::kModulo);
   Sample sample = Read(0, 2'000);
   sample.turns_trusted = false;
   counter_->Begin(sample, false);
-  EXPECT_FALSE(counter_->sure());
-  const UnwrappedSample at = counter_->First(sample, std::nullopt);
   counter_->Trust();
-  sample = Read(kSecond, 2'000, false);
-  sample.turns_trusted = false;
+  const UnwrappedSample at = counter_->First(sample, std::nullopt);
+  sample.at = {kMillisecond, kMillisecond};
   static_cast<void>(Take(at, sample));
-  EXPECT_TRUE(last_.lost_turns);
-  EXPECT_FALSE(counter_->sure());
+  EXPECT_TRUE(counter_->sure());
+}
+
+TEST_F(TurnCounterTest, ACounterThatTheDeviceDoubtsASecondTimeIsNotSure) {
+  Make(TurnsMode::kModulo);
+  Sample sample = Read(0, 2'000);
+  counter_->Begin(sample, false);
+  UnwrappedSample at = counter_->First(sample, std::nullopt);
+  MonoNs t = 0;
+  for (int i = 0; i < 2; ++i) {
+    sample = Read(t += kMillisecond, 2'000);
+    sample.turns_trusted = false;
+    at = Take(at, sample);
+    EXPECT_FALSE(counter_->sure()) << i;
+    at = Take(at, Read(t += kMillisecond, 2'000));
+    EXPECT_TRUE(counter_->sure()) << i;
+  }
+}
+
+TEST_F(TurnCounterTest, ALongGapWithoutACounterThatIsTrustedLosesTheTurnsIfTheyWereSure) {
+  for (const bool were_sure : {false, true}) {
+    Make(TurnsMode::kModulo);
+    Sample sample = Read(0, 2'000);
+    sample.turns_trusted = false;
+    counter_->Begin(sample, false);
+    EXPECT_FALSE(counter_->sure());
+    const UnwrappedSample at = counter_->First(sample, std::nullopt);
+    if (were_sure) counter_->Trust();
+    sample = Read(kSecond, 2'000, false);
+    sample.turns_trusted = false;
+    static_cast<void>(Take(at, sample));
+    EXPECT_EQ(last_.lost_turns, were_sure);
+    EXPECT_FALSE(counter_->sure());
+  }
 }
 
 TEST_F(TurnCounterTest, WithoutACounterALongGapLosesTheTurnsOfAnAxisWithoutEnds) {

@@ -114,8 +114,7 @@ class AlarmCommand {
     if (Result<> time = ReadTime(command); !time) return time;
     if (Result<> severity = ReadSeverity(alarms, command); !severity) return severity;
     if (!alarms.shelves().IsFull() || alarms.shelves().Find(alarm_) != nullptr) return {};
-    return BadArgument(std::to_string(AlarmShelves::kMax) +
-                       " alarms of this device are shelved: unshelve some first");
+    return BadArgument(AlarmShelves::FullText());
   }
 
   [[nodiscard]] Result<> ReadTime(const DriverCommand& command) {

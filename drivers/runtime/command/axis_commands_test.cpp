@@ -17,6 +17,7 @@ constexpr AlarmSpec kBattery = {6, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::
 
 class AlarmOrderTest : public OperationsTest {
  protected:
+  using OperationsTest::OperationsTest;
   void Battery(bool present) {
     channel_.OnAlarm(kBattery, present ? AlarmState::kLive : AlarmState::kAbsent, clock_.Now());
   }
@@ -301,6 +302,83 @@ TEST_F(AlarmCommandTextTest, AnAcknowledgementOfBeforeIsExpectedForTenSeconds) {
   channel_.Tick(clock_.Now());
   channel_.OnAlarm(kLate, AlarmState::kLive, clock_.Now());
   EXPECT_FALSE(channel_.alarms().Look("late").acknowledged);
+}
+
+TEST_F(AlarmCommandTextTest, AnAlarmIsOneWordOfAtMost24Bytes) {
+  const auto shelve = [this](const std::string& alarm) {
+    return Do(MakeOrder("shelve_alarm", {{"alarm", alarm}, {"seconds", "60"}, {"up_to", "warning"}}));
+  };
+  for (const std::string& alarm :
+       {std::string(), std::string("two words"), std::string("all*"), std::string(25, 'a')}) {
+    EXPECT_EQ(shelve(alarm).state, Status::STATE_REJECTED) << alarm;
+    EXPECT_THAT(Last().text, HasSubstr("alarm is not a name")) << alarm;
+    EXPECT_EQ(channel_.alarms().shelves().Find(alarm), nullptr) << alarm;
+  }
+  EXPECT_EQ(shelve(std::string(24, 'a')).state, Status::STATE_SUCCEEDED);
+}
+
+TEST_F(AlarmCommandTextTest, AShelfHasTheTimeAndTheSeverityThatWereGiven) {
+  const std::int64_t until = Utime() + 90'000'000;
+  const driver_status_t answer =
+      Do(MakeOrder("shelve_alarm", {{"alarm", "other"}, {"until", std::to_string(until)}, {"up_to", "warning"}}));
+  EXPECT_EQ(answer.text, "other is shelved for 90 s, up to severity warning");
+  const AlarmShelves::Shelf* shelf = channel_.alarms().shelves().Find("other");
+  ASSERT_NE(shelf, nullptr);
+  EXPECT_EQ(shelf->until_utime, until);
+  EXPECT_EQ(shelf->up_to, alarm_entry_t::SEVERITY_WARNING);
+}
+
+TEST_F(AlarmCommandTextTest, ShelvingStatesHowTheAlarmWasBefore) {
+  const auto before = [this](const std::string& alarm) {
+    return Prepare("shelve_alarm", {{"alarm", alarm}, {"seconds", "60"}, {"up_to", "warning"}})
+        .changes.at(0)
+        .before;
+  };
+  EXPECT_EQ(before("battery_error"), "absent");
+  Battery(true);
+  EXPECT_EQ(before("battery_error"), "present");
+  Send(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(before("battery_error"), "acknowledged");
+}
+
+class StayingAlarmTest : public AlarmOrderTest {
+ protected:
+  static BusConfig Bus() {
+    BusConfig bus = PolledBus(1);
+    bus.devices[0].alarm_stays_from = alarm_entry_t::SEVERITY_WARNING;
+    return bus;
+  }
+  StayingAlarmTest() : AlarmOrderTest(Bus()) {}
+};
+
+TEST_F(StayingAlarmTest, AnAlarmThatHasGoneIsRemovedByItsAcknowledgement) {
+  Battery(true);
+  Battery(false);
+  const driver_status_t shelved =
+      Do(MakeOrder("shelve_alarm", {{"alarm", "battery_error"}, {"seconds", "60"}, {"up_to", "info"}}));
+  EXPECT_EQ(shelved.changes.at(0).before, "gone");
+  const driver_status_t answer = Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_EQ(answer.text, "battery_error is removed from the list: its cause has gone");
+  EXPECT_EQ(answer.changes.at(0).before, "gone");
+  EXPECT_EQ(answer.changes.at(0).after, "cleared");
+  EXPECT_EQ(channel_.alarms().Names(), "");
+}
+
+TEST_F(AlarmOrderTest, AnAcknowledgementTakesNoPlaceOnTheShelf) {
+  Battery(true);
+  for (std::size_t number = 1; number < AlarmShelves::kMax; ++number) {
+    Send(
+        MakeOrder("shelve_alarm", {{"alarm", "a" + std::to_string(number)}, {"seconds", "60"}, {"up_to", "info"}}));
+  }
+  EXPECT_EQ(Do(MakeOrder("acknowledge_alarm", {{"alarm", "battery_error"}})).state, Status::STATE_SUCCEEDED);
+  EXPECT_FALSE(channel_.alarms().shelves().IsFull());
+}
+
+TEST_F(AlarmOrderTest, WhatIsUnshelvedIsNotAcknowledgedByThat) {
+  Battery(true);
+  Send(MakeOrder("shelve_alarm", {{"alarm", "battery_error"}, {"seconds", "60"}}));
+  Send(MakeOrder("unshelve_alarm", {{"alarm", "battery_error"}}));
+  EXPECT_FALSE(channel_.alarms().Look("battery_error").acknowledged);
 }
 
 TEST_F(OperationsTest, TheTextOfADatumStatesItsCounts) {

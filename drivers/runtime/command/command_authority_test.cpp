@@ -474,6 +474,67 @@ TEST_F(PermitAgeTest, ClocksThatAreNotStatedAreNotEqual) {
   EXPECT_THAT(ErrorText(nameless.Check("axis1", "bump", kNow)), HasSubstr("was issued 3 s ago by UNIX time"));
 }
 
+TEST_F(PermitBookTest, AnAgeOfAThousandSecondsIsStatedInWholeSeconds) {
+  permit_body_t body = Body("axis1", 1, 500);
+  body.issued_utime = kUtime - 1'000'000'000;
+  Accept(body);
+  EXPECT_THAT(Why(), HasSubstr("was issued 1000 s ago"));
+}
+
+TEST_F(PermitBookTest, ARefusalStatesHowLongAgoItWas) {
+  Accept(Body("axis1", 1, 500), 10 * kSecond);
+  EXPECT_THAT(Why(13 * kSecond), HasSubstr("the last PERMIT/axis1, 3 s ago, was issued 10 s ago"));
+}
+
+TEST_F(PermitBookTest, APermitHasEndedAtTheEndOfItsTime) {
+  Accept(Body("axis1", 1, 500));
+  EXPECT_THAT(Why(500 * kMillisecond), HasSubstr("the last PERMIT/axis1 ended 0 s ago"));
+}
+
+TEST_F(PermitBookTest, APermitThatIsYoungByTheLatestTimeIsAcceptedAfterASetBack) {
+  Accept(Body("axis1", 1, 500));
+  const auto accepts = [&](MonoNs now, std::int64_t issue, std::int64_t age_us) {
+    const std::int64_t latest = kUtime + now / kMicrosecond;
+    permit_body_t body = Body("axis1", issue, 500);
+    body.issued_utime = latest - age_us;
+    book_.Accept("axis1", Enveloped(body), now, latest - 1'200'000);
+    return Holds(now + 1);
+  };
+  EXPECT_TRUE(accepts(10 * kSecond, 2, 1'500'000)) << "its time and the tolerance";
+  EXPECT_FALSE(accepts(20 * kSecond, 3, 1'500'001));
+}
+
+TEST_F(PermitAgeTest, AClaimMayHaveAnyBaseAndNoHalfWidth) {
+  claims_.id = 1;
+  claims_.half_width = 0;
+  permit_body_t body = OnOtherHost(0, 0);
+  body.base_id = 1;
+  EXPECT_TRUE(Accepts(body)) << "by UNIX time, it would be an hour from now";
+}
+
+TEST_F(PermitAgeTest, AnAgeThatIsNotProvenIsStatedWithItsDirection) {
+  EXPECT_THAT(Refusal(OnOtherHost(0, 2 * kSecond)), HasSubstr("was issued 0 s +- 2 s from now by the time base"));
+  EXPECT_THAT(Refusal(OnOtherHost(1, 2 * kSecond)), HasSubstr("was issued 1e-09 s +- 2 s ago by the time base"));
+}
+
+TEST_F(PermitAgeTest, AnotherProcessIsLaterByANanosecond) {
+  permit_body_t first = OnSameHost(kMillisecond);
+  first.valid_ms = 1;
+  EXPECT_TRUE(Accepts(first));
+  permit_body_t next = OnSameHost(kMillisecond - 1);
+  next.issuer_boot_id = 4;
+  EXPECT_TRUE(Accepts(next));
+  EXPECT_TRUE(timed_.Check("axis1", "bump", kNow + 2 * kMillisecond)) << "the time of the first is over";
+}
+
+TEST_F(PermitAgeTest, AnotherProcessThatIsNotProvenToBeLaterIsStatedAsLater) {
+  EXPECT_TRUE(Accepts(OnOtherHost(100 * kMillisecond, kMillisecond)));
+  permit_body_t next = OnOtherHost(100 * kMillisecond - 1, kMillisecond);
+  next.issuer_boot_id = 4;
+  next.clock_id = kClock + 2;
+  EXPECT_THAT(Refusal(next), HasSubstr("was issued 1e-09 s +- 0.002 s after the last one"));
+}
+
 TEST(CommandAuthorityRule, StatesWhichCommandsAreExecuted) {
   BridgeConfig bridge;
   EXPECT_THAT(std::string(CommandAuthority(bridge).Rule()), HasSubstr("no command is executed"));

@@ -45,5 +45,39 @@ TEST_F(OrderLedgerTest, AnOrderThatIsUnderWayIsNotForgotten) {
   EXPECT_EQ(ledger_.Find(NumberedId(1)), nullptr);
 }
 
+TEST_F(OrderLedgerTest, AnOrderThatWasUnderWayIsForgottenOnceItHasEnded) {
+  CommandStatusTable::Entry& first = Remember(0);
+  first.status.state = command_status_t::STATE_RUNNING;
+  for (std::uint32_t i = 1; i < 2 * kCapacity; ++i) {
+    ledger_.End(Remember(i), command_status_t::STATE_REJECTED, command_status_t::REASON_NOT_PERMITTED, "");
+  }
+  ledger_.End(first, command_status_t::STATE_FAILED, command_status_t::REASON_NONE, "");
+  for (std::uint32_t i = 2 * kCapacity; i < 4 * kCapacity; ++i) {
+    ledger_.End(Remember(i), command_status_t::STATE_REJECTED, command_status_t::REASON_NOT_PERMITTED, "");
+  }
+  EXPECT_EQ(ledger_.Find(NumberedId(0)), nullptr);
+}
+
+TEST_F(OrderLedgerTest, OrdersThatAreUnderWayExceedTheCapacity) {
+  for (std::uint32_t i = 0; i <= kCapacity; ++i) Remember(i).status.state = command_status_t::STATE_RUNNING;
+  for (std::uint32_t i = 0; i <= kCapacity; ++i) EXPECT_NE(ledger_.Find(NumberedId(i)), nullptr) << i;
+}
+
+TEST_F(OrderLedgerTest, AFinishedOrderIsForgottenAlsoIfItIsTheNewest) {
+  for (std::uint32_t i = 1; i < kCapacity; ++i) Remember(i).status.state = command_status_t::STATE_RUNNING;
+  ledger_.End(Remember(kCapacity), command_status_t::STATE_FAILED, command_status_t::REASON_NONE, "");
+  Remember(kCapacity + 1);
+  EXPECT_EQ(ledger_.Find(NumberedId(kCapacity)), nullptr);
+}
+
+TEST_F(OrderLedgerTest, AnOrderThatHasEndedKeepsItsStatusOnly) {
+  CommandStatusTable::Entry& entry = Remember(1);
+  entry.command.operation = "zero";
+  entry.command.arguments = {{"value", "1"}};
+  ledger_.End(entry, command_status_t::STATE_SUCCEEDED, command_status_t::REASON_NONE, "");
+  EXPECT_EQ(entry.command.operation, "");
+  EXPECT_TRUE(entry.command.arguments.empty());
+}
+
 }  // namespace
 }  // namespace axlecast

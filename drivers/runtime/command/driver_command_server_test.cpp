@@ -127,6 +127,7 @@ TEST_F(OrderDeskTest, AnOvertakenOrderDoesNotAct) {
   EXPECT_EQ(SendAsIs(late).state, S::STATE_UNKNOWN);
   EXPECT_EQ(Last().reason_code, S::REASON_FENCED);
   EXPECT_EQ(Last().bridge_epoch, 11);
+  EXPECT_EQ(Last().text, "a newer command was received before this one");
 }
 
 TEST_F(OrderDeskTest, AnAnswerUnknownFencesWhatIsStillUnderWay) {
@@ -202,6 +203,72 @@ TEST_F(OrderDeskTest, AsksTheDeviceOnceToGiveUpWhatItHolds) {
   EXPECT_FALSE(server_.TakeCancel());
   server_.Report("axis1", NumberedId(1), {.state = CommandState::kCancelled}, -1);
   EXPECT_EQ(Last().state, S::STATE_CANCELLED);
+}
+
+TEST_F(OrderDeskTest, ACancelOfWhatADeviceHoldsIsAcknowledged) {
+  DriverCommand(Bump(1));
+  ASSERT_TRUE(server_.Take());
+  const std::size_t before = Answers();
+  DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
+  EXPECT_EQ(Answers(), before + 1);
+}
+
+TEST_F(OrderDeskTest, ACancelThatComesTooLateIsDropped) {
+  DriverCommand(Bump(1));
+  ASSERT_TRUE(server_.Take());
+  DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
+  EXPECT_FALSE(server_.TakeCancel());
+}
+
+TEST_F(OrderDeskTest, ACancelDoesNotReachTheNextOrderOfTheDevice) {
+  DriverCommand(Bump(1));
+  DriverCommand(Bump(2));
+  ASSERT_TRUE(server_.Take());
+  DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
+  ASSERT_TRUE(server_.Take());
+  EXPECT_FALSE(server_.TakeCancel());
+  DriverCommand(Of(Bump(2), driver_order_t::KIND_CANCEL));
+  EXPECT_EQ(server_.TakeCancel()->command.id, NumberedId(2));
+}
+
+TEST_F(OrderDeskTest, ACancelDoesNotReachAnotherDevice) {
+  auto other = Bump(2);
+  other.device = "axis2";
+  DriverCommand(Bump(1));
+  DriverCommand(other);
+  ASSERT_TRUE(server_.Take());
+  ASSERT_TRUE(server_.Take());
+  DriverCommand(Of(other, driver_order_t::KIND_CANCEL));
+  EXPECT_EQ(server_.TakeCancel()->device, "axis2");
+}
+
+TEST_F(OrderDeskTest, OnlyNewsWakeTheBus) {
+  DriverCommand(Bump(1));
+  EXPECT_EQ(woken_, 1);
+  DriverCommand(Bump(1));
+  DriverCommand(Of(Bump(1), driver_order_t::KIND_QUERY));
+  EXPECT_EQ(woken_, 1);
+  DriverCommand(Of(Bump(1), driver_order_t::KIND_CANCEL));
+  EXPECT_EQ(woken_, 2);
+}
+
+TEST_F(OrderDeskTest, AnOrderIsValidForAMillisecondToAnHour) {
+  for (const std::int32_t valid_ms : {1, 3'600'000}) {
+    auto order = Bump(static_cast<std::uint32_t>(valid_ms));
+    order.valid_ms = valid_ms;
+    EXPECT_EQ(DriverCommand(order).state, S::STATE_ROUTED) << valid_ms;
+  }
+  auto order = Bump(2);
+  order.valid_ms = 3'600'001;
+  EXPECT_EQ(DriverCommand(order).reason_code, S::REASON_MALFORMED);
+}
+
+TEST_F(OrderDeskTest, AnOrderMayBeginAtTheEndOfItsTime) {
+  DriverCommand(Bump(1));
+  clock_.Advance(kSecond);
+  EXPECT_TRUE(server_.Take());
 }
 
 TEST_F(OrderDeskTest, WhatWaitsTooLongExpires) {
@@ -287,6 +354,14 @@ TEST_F(OrderDeskTest, ACleanStopAnswersEverything) {
   EXPECT_EQ(said[1].state, S::STATE_INDETERMINATE);
   EXPECT_EQ(said[2].kind, driver_status_t::KIND_GOODBYE);
   EXPECT_EQ(DriverCommand(Bump(3)).reason_code, S::REASON_STOPPING);
+}
+
+TEST_F(OrderDeskTest, AnOutcomeAfterACleanStopIsIgnored) {
+  DriverCommand(Bump(1));
+  ASSERT_TRUE(server_.Take());
+  server_.Goodbye();
+  server_.Report("axis1", NumberedId(1), {.state = CommandState::kSucceeded}, -1);
+  EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
 }
 
 TEST_F(OrderDeskTest, BadBytesAreIgnored) {
@@ -434,6 +509,21 @@ TEST_F(PrepareTest, EndsAlsoWhenNobodyJudges) {
   EXPECT_FALSE(server_.TakePrepare());
   server_.ReportPrepared(NumberedId(3), {.state = CommandState::kSucceeded}, 0);
   EXPECT_EQ(Last().kind, driver_status_t::KIND_GOODBYE);
+}
+
+TEST_F(PrepareTest, IsNotCancelledWhileItIsJudged) {
+  Send(1);
+  ASSERT_TRUE(server_.TakePrepare());
+  EXPECT_EQ(Send(1, driver_order_t::KIND_CANCEL).state, S::STATE_ROUTED);
+  server_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_EQ(Last().state, S::STATE_SUCCEEDED);
+}
+
+TEST_F(PrepareTest, ItsOutcomeIsOfNoUseForExecuteOrAnUnknownId) {
+  Send(1, driver_order_t::KIND_EXECUTE);
+  server_.ReportPrepared(NumberedId(1), {.state = CommandState::kSucceeded}, 0);
+  server_.ReportPrepared(NumberedId(2), {.state = CommandState::kSucceeded}, 0);
+  EXPECT_EQ(Last().state, S::STATE_ROUTED);
 }
 
 class UrgentOrderTest : public testing::Test {
@@ -651,61 +741,6 @@ TEST(OrderFlood, TrueOrdersAmongForgedOnes) {
   command_thread.join();
   EXPECT_EQ(done, kOrders);
   EXPECT_EQ(server.refused(), std::int64_t{kOrders} * kForgedPerOrder);
-}
-
-class HelloTest : public testing::Test {
- protected:
-  std::vector<driver_status_t> Hello(std::vector<driver_device_t> devices) {
-    server_.Hello(devices);
-    return sink_.All<driver_status_t>("DRIVER_STATUS/" + bus_.name);
-  }
-
-  FakeClock clock_;
-  MemorySink sink_;
-  SigningKey key_ = SigningKey::Generate();
-  BusConfig bus_ = CountingBus(std::string(24, 'b'), {"axis1"});
-  DriverCommandServer server_{bus_, {}, {{.boot_id = 5}, &clock_, &sink_, [] {}, &key_}};
-};
-
-TEST_F(HelloTest, TellsWhatTheBridgeKeeps) {
-  driver_device_t summary{};
-  summary.device = "axis1";
-  summary.state = 2;
-  summary.datum_epoch = 7;
-  summary.reference_lost = summary.has_datum = summary.has_position = 1;
-  summary.identity = "17 SN0042";
-  summary.datum_counts = -5;
-  summary.datum_utime = 6;
-  summary.position = 1'000;
-  summary.position_utime = 8;
-  const auto hellos = Hello({summary});
-  ASSERT_EQ(hellos.size(), 1u);
-  const driver_device_t& device = hellos[0].devices.at(0);
-  EXPECT_EQ(device.identity, "17 SN0042");
-  EXPECT_EQ(device.has_datum, 1);
-  EXPECT_EQ(device.datum_counts, -5);
-  EXPECT_EQ(device.datum_utime, 6);
-  EXPECT_EQ(device.has_position, 1);
-  EXPECT_EQ(device.position, 1'000);
-  EXPECT_EQ(device.position_utime, 8);
-  EXPECT_EQ(device.reference_lost, 1);
-}
-
-// With every string longer than it may be, no device is left out and each message fits one frame.
-TEST_F(HelloTest, TheLongestFits) {
-  driver_device_t longest{};
-  longest.device = std::string(900, 'd');
-  longest.identity = std::string(900, 'i');
-  longest.has_datum = longest.has_position = 1;
-  longest.datum_counts = longest.position = INT64_MIN;
-  longest.datum_utime = longest.position_utime = INT64_MAX;
-  const auto hellos = Hello(std::vector<driver_device_t>(17, longest));
-  ASSERT_EQ(hellos.size(), 3u);
-  EXPECT_EQ(hellos[0].n_devices, 8);
-  EXPECT_EQ(hellos[2].n_devices, 1);
-  EXPECT_EQ(hellos[0].devices[7].identity.size(), 64u);
-  EXPECT_LE(hellos[0].getEncodedSize(), kMaxMessage);
-  EXPECT_TRUE(VerifyMessage(key_.public_key(), Domain::kDriver, hellos[0]));
 }
 
 }  // namespace

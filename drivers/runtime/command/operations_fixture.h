@@ -92,7 +92,7 @@ class OperationsTest : public testing::Test {
   BusConfig bus_;
   DriverCommandServer server_{
       bus_, UnsignedBridge(), {.origin = {.boot_id = kBoot}, .clock = &clock_, .sink = &sink_, .wake = [] {}}};
-  Operations operations_{PolledFamily(), server_, time_, [](LogLevel, std::string_view) {}};
+  Operations operations_{*bus_.family, server_, time_, [](LogLevel, std::string_view) {}};
   DevicePublisher channel_{
       bus_,
       bus_.devices[0],

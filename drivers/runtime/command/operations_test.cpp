@@ -140,6 +140,7 @@ TEST_F(OperationsTest, AnOrderThatTheStopCutsOffTellsItsWrites) {
 
 class PrepareOperationTest : public OperationsTest {
  protected:
+  using OperationsTest::OperationsTest;
   driver_status_t Prepare(const std::string& operation, const std::vector<argument_t>& arguments = {}) {
     auto order = MakeOrder(operation, arguments);
     order.kind = driver_order_t::KIND_PREPARE;
@@ -197,6 +198,69 @@ TEST_F(PrepareOperationTest, OfADatumShowsNowAndThen) {
   EXPECT_EQ(channel_.summary().datum_epoch, epoch);
   EXPECT_EQ(Prepare("mark_reference_lost").text, "would mark the reference as lost");
   EXPECT_FALSE(channel_.summary().reference_lost);
+}
+
+// Operations with arguments, of a family of their own.
+class ArgumentOperationTest : public PrepareOperationTest {
+ protected:
+  static const Family& WritingFamily() {
+    static const std::vector<OperationSpec> kOperations = {
+        {.name = "store",
+         .help = "writes as often as it is asked to",
+         .arguments = {{"times", "how often"}, {"data", "hex", false}},
+         .writes = [](const Arguments& arguments) { return std::stoi(arguments.at(0).second); }},
+        {.name = "turn_back", .help = "needs a shaft at rest", .needs_standstill = true},
+    };
+    static const Family kFamily = {.name = "writing", .summary = "for tests", .operations = kOperations};
+    return kFamily;
+  }
+  static BusConfig Bus() {
+    BusConfig bus = PolledBus(1);
+    bus.family = &WritingFamily();
+    return bus;
+  }
+  ArgumentOperationTest() : PrepareOperationTest(Bus()) {}
+};
+
+TEST_F(ArgumentOperationTest, PrepareStatesTheArgumentsAndTheWrites) {
+  Online();
+  EXPECT_EQ(Prepare("store", {{"times", "2"}, {"data", "A105"}}).text,
+            "would do store times=2 data=A105; writes the device's memory at most 2 times");
+  EXPECT_EQ(Prepare("store", {{"times", "1"}}).text,
+            "would do store times=1; writes the device's memory at most 1 times");
+  EXPECT_EQ(Prepare("store", {{"times", "0"}}).text, "would do store times=0");
+}
+
+TEST_F(ArgumentOperationTest, PrepareNeedsTheStandstillThatExecuteNeeds) {
+  Online();
+  EXPECT_EQ(Prepare("turn_back").state, Status::STATE_SUCCEEDED);
+  for (std::int64_t counts = 1'000; counts < 30'000; counts += 500) {
+    clock_.Advance(kMillisecond);
+    channel_.OnSample({.at = {clock_.Now(), clock_.Now()}, .counts = counts});
+  }
+  EXPECT_EQ(Prepare("store", {{"times", "0"}}).state, Status::STATE_SUCCEEDED);
+  const driver_status_t answer = Prepare("turn_back");
+  EXPECT_EQ(answer.state, Status::STATE_REJECTED);
+  EXPECT_EQ(answer.reason_code, Status::REASON_NOT_STANDING_STILL);
+  EXPECT_THAT(answer.text, HasSubstr("nothing was done: the shaft turns"));
+}
+
+TEST_F(OperationsTest, WhatTheFamilyDoesNotDoItselfIsRefused) {
+  static const std::vector<OperationSpec> kOperations = {
+      {.name = "touch", .help = "is of the bridge here", .executed_by_bridge = true}};
+  static const Family kOther = {.name = "other", .summary = "for tests", .operations = kOperations};
+  Online();
+  Operations other(kOther, server_, time_, [](LogLevel, std::string_view) {});
+  other.Add(bus_.devices[0], channel_, device_);
+  for (const char* operation : {"touch", "write"}) {
+    driver_order_t order = MakeOrder(operation);
+    order.kind = driver_order_t::KIND_PREPARE;
+    server_.OnDriverCommand(Enveloped(order));
+    other.Poll(clock_.Now());
+    EXPECT_EQ(Answer(order).state, Status::STATE_REJECTED) << operation;
+    EXPECT_EQ(Answer(order).reason_code, Status::REASON_UNKNOWN_OPERATION) << operation;
+    EXPECT_THAT(Answer(order).text, HasSubstr("operations of other")) << operation;
+  }
 }
 
 // ---- what is refused, and what is stated ----
