@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "tools/axlecast/common/program.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/setup/log_rates.h"
 #include "tools/axlecast/setup/new_keys.h"
 
 namespace axlecast {
@@ -30,6 +32,9 @@ constexpr double kUsbHz = 1'000;
 // Measured: at this rate, each LCM process that only receives uses about a tenth of a core.
 constexpr double kManyMessages = 20'000;
 constexpr double kDayNs = 86'400e9;
+constexpr double kHourNs = 3'600e9;
+constexpr double kDaysPerYear = 365.25;
+constexpr double kGigabyte = 1'024.0 * 1'024 * 1'024;
 
 using Json = nlohmann::ordered_json;
 
@@ -169,7 +174,27 @@ Json BusJson(const BusConfig& bus) {
   return json;
 }
 
-std::string LogText(const LogConfig& log) {
+// "45 minutes", "13 hours", "20 days", "3 years"
+std::string DurationText(MonoNs time) {
+  const double hours = static_cast<double>(time) / kHourNs;
+  if (hours < 2) return Text("%.0f minutes", hours * 60);
+  if (hours < 48) return Text("%.0f hours", hours);
+  const double days = hours / 24;
+  return days < 2 * kDaysPerYear ? Text("%.0f days", days) : Text("%.0f years", days / kDaysPerYear);
+}
+
+// A log that is deleted by its quota long before the time for which it is kept.
+void AddLogWarning(const MachineConfig& machine, const LogConfig& log, std::vector<std::string>& warnings) {
+  const std::optional<MonoNs> lasts = QuotaLasts(machine, log);
+  if (!lasts || log.keep == 0 || *lasts >= log.keep) return;
+  const double needed =
+      LogBytesPerSecond(machine, log) * static_cast<double>(log.keep) / static_cast<double>(kSecond);
+  warnings.push_back("recorder log " + log.name + ": its quota of " + FormatSize(log.quota_bytes) + " lasts " +
+                     DurationText(*lasts) + " at the rates of this file, less than keep: " + FormatTime(log.keep) +
+                     Text("; that needs about %.0f GB, or a lower publish_hz", std::ceil(needed / kGigabyte)));
+}
+
+std::string LogText(const MachineConfig& machine, const LogConfig& log) {
   std::string text =
       "    " + Left(log.name, 24) + ' ' +
       (log.channels.empty() ? "all channels"
@@ -178,13 +203,16 @@ std::string LogText(const LogConfig& log) {
   if (log.keep > 0) text += Text(", kept for %.6g days", static_cast<double>(log.keep) / kDayNs);
   if (log.quota_bytes > 0) text += ", at most " + std::to_string(log.quota_bytes >> 20) + " MB";
   if (log.keep == 0 && log.quota_bytes == 0) text += ", never deleted";
+  const double rate = LogBytesPerSecond(machine, log);
+  text += Text(", about %.3g kB/s%s", rate / 1e3, log.trigger.empty() ? "" : " while it records");
+  if (const auto lasts = QuotaLasts(machine, log)) text += ": the quota lasts " + DurationText(*lasts);
   return text + '\n';
 }
 
 std::string RecorderText(const MachineConfig& machine) {
   if (machine.recorder.logs.empty()) return "";
   std::string text = "recorder, into " + LogDirectory(machine) + '\n';
-  for (const LogConfig& log : machine.recorder.logs) text += LogText(log);
+  for (const LogConfig& log : machine.recorder.logs) text += LogText(machine, log);
   return text;
 }
 
@@ -192,12 +220,15 @@ Json RecorderJson(const MachineConfig& machine) {
   if (machine.recorder.logs.empty()) return nullptr;
   Json json = {{"directory", LogDirectory(machine)}, {"logs", Json::array()}};
   for (const LogConfig& log : machine.recorder.logs) {
+    const std::optional<MonoNs> lasts = QuotaLasts(machine, log);
     json["logs"].push_back({{"name", log.name},
                             {"channels", log.channels},
                             {"invert", log.invert},
                             {"trigger", log.trigger},
                             {"keep_s", static_cast<double>(log.keep) / 1e9},
-                            {"quota_bytes", log.quota_bytes}});
+                            {"quota_bytes", log.quota_bytes},
+                            {"bytes_per_s", std::llround(LogBytesPerSecond(machine, log))},
+                            {"quota_lasts_s", lasts ? Json(*lasts / kSecond) : Json()}});
   }
   return json;
 }
@@ -297,6 +328,7 @@ std::vector<std::string> ConfigWarnings(const MachineConfig& machine) {
     warnings.push_back(Text(
         "%.0f messages a second: every LCM process on the port receives all of them; lower publish_hz", messages));
   }
+  for (const LogConfig& log : machine.recorder.logs) AddLogWarning(machine, log, warnings);
   for (std::string& warning : KeyWarnings(machine)) warnings.push_back(std::move(warning));
   return warnings;
 }

@@ -77,8 +77,8 @@ TEST(ConfigText, NamesTheRecordersLogs) {
                                         "    all: {quota: 20GB}\n");
   const std::string text = ConfigText(machine);
   EXPECT_THAT(text, HasSubstr("recorder, into /data\n"));
-  EXPECT_THAT(text, HasSubstr("all channels but '^POSITION', kept for 14 days\n"));
-  EXPECT_THAT(text, HasSubstr("all channels, at most 20480 MB\n"));
+  EXPECT_THAT(text, HasSubstr("all channels but '^POSITION', kept for 14 days, about 3.63 kB/s\n"));
+  EXPECT_THAT(text, HasSubstr("all channels, at most 20480 MB, about 195 kB/s: the quota lasts 31 hours\n"));
   const auto json = ConfigJson("m.yaml", &machine, ConfigErrors("m.yaml"));
   EXPECT_EQ(json["recorder"]["logs"][0]["keep_s"], 14.0 * 86'400);
 }
