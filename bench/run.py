@@ -22,7 +22,7 @@ import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
 TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "permits", "decode", "stream", "poll", "guest", "replay", "seek",
-           "record", "ticks", "axes")
+           "record", "ticks", "buses", "axes")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -237,6 +237,40 @@ buses:
         self.report.add("CPU at 1 kHz poll and publish", "%", median(ours), 1.2, median(theirs),
                         [a / b for a, b in zip(ours, theirs)])
         self.report.add("resident memory", "MB", max(driver["memory_mb"] for driver, _ in pairs), 12)
+
+    def buses(self, count=100, hz=100):
+        """CPU time of many drivers, one for each bus, and of as many bare loops on the same ports."""
+        names = [f"axis{i}" for i in range(count)]
+        config = self.folder / "buses.yaml"
+        config.write_text("machine: buses\nbridge: {unsigned_commands: allow}\nbuses:\n" + "".join(
+            f"  bus-{name}: {{family: tformat, poll_hz: {hz}, simulate: {{{name}: {{speed_rpm: 60}}}},\n"
+            f"    devices: {{{name}: {{model: ts5669n127, publish_hz: {hz}, block: true}}}}}}\n" for name in names))
+        simulators = [self.start(machine.BIN / "axlecast", "simulate", config, "--bus", f"bus-{name}") for name in names]
+        ports = [self.run_dir / "buses" / f"bus-{name}.pty" for name in names]
+        for port in ports:
+            machine.wait_for(port.exists, f"the simulator's {port.name}")
+        seconds = 4 * self.options.seconds
+
+        def cost(command):
+            """CPU time per second of all of them, once all have started."""
+            running = [self.start(*command(name, port)) for name, port in zip(names, ports)]
+            time.sleep(2)
+            begin, before = time.monotonic(), sum(cpu_seconds(process.pid) for process in running)
+            time.sleep(seconds)
+            cpu = (sum(cpu_seconds(process.pid) for process in running) - before) / (time.monotonic() - begin)
+            for process in running:
+                process.terminate()
+            for process in running:
+                process.wait(20)
+            return cpu
+
+        pairs = interleaved(min(self.options.pairs, 10),
+                            lambda: cost(lambda name, _: (machine.BIN / "axlecast-tformat", "--config", config, "--bus", f"bus-{name}")),
+                            lambda: cost(lambda _, port: (self.programs / "bare_loop", port, self.url, 3600, 1_000_000 // hz)))
+        for simulator in simulators:
+            self.stop(simulator)
+        self.report.add(f"CPU of {count} buses at {hz} Hz", "%", 100 * median(ours for ours, _ in pairs), 1.3,
+                        100 * median(theirs for _, theirs in pairs), [ours / theirs for ours, theirs in pairs])
 
     def start_time(self):
         config, simulator, _ = self.machine("start", "pace: wire", 1000)

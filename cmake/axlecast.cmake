@@ -15,6 +15,9 @@ target_compile_options(axlecast_flags INTERFACE
 if(AXLECAST_SANITIZE)
   target_compile_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE} -fno-sanitize-recover=all
     -fno-omit-frame-pointer)
+  if(AXLECAST_SANITIZE_NOT)
+    target_compile_options(axlecast_flags INTERFACE -fno-sanitize=${AXLECAST_SANITIZE_NOT})
+  endif()
   # lld links a program with sanitizers in a fraction of the time of GNU ld.
   target_link_options(axlecast_flags INTERFACE -fsanitize=${AXLECAST_SANITIZE} $<$<CXX_COMPILER_ID:Clang>:-fuse-ld=lld>)
 endif()
