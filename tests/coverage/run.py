@@ -16,6 +16,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
 LLVM = "14"
+SOMETIMES = "sometimes: "  # begins the reason of a branch that the scheduling of threads takes in some runs
 
 # Name: what its sources begin with, and the programs of their tests.
 FOLDERS = {
@@ -108,7 +109,7 @@ def main():
             print(f"  {file}:{line}: never {outcome}: {text}")
         good = good and bool(found) and not unexplained
         for key in known:
-            if key[0].startswith(tuple(folders)) and key not in used:
+            if key[0].startswith(tuple(folders)) and key not in used and not known[key].startswith(SOMETIMES):
                 print(f"  taken, or no condition any more: {' // '.join(key)}")
                 good = False
     sys.exit(0 if good else 1)

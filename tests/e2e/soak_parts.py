@@ -26,6 +26,7 @@ class Consumer(LcmEar):
         self.lock = threading.Lock()
         self.valid = 0
         self.lost = 0
+        self.gaps = []  # (monotonic s, device, missing readings)
         self.newest = {}  # device: when it was last good
         self.numbers = {}
         super().__init__()
@@ -44,6 +45,7 @@ class Consumer(LcmEar):
             newest = self.numbers.get((device, boot))
             if newest is not None and number > newest + 1:
                 self.lost += number - newest - 1
+                self.gaps.append((time.monotonic(), device, number - newest - 1))
             self.numbers[device, boot] = max(number, newest if newest is not None else number)
 
     def counts(self):

@@ -240,7 +240,8 @@ class Soak(Machine):
             table = csv.DictWriter(file, self.rows[0].keys())
             table.writeheader()
             table.writerows(self.rows)
-        (folder / "faults.txt").write_text("".join(f"{at} {what}\n" for at, what in self.events))
+        gaps = [(round(at - self.began, 2), f"{missing} readings of {device} are missing") for at, device, missing in self.consumer.gaps]
+        (folder / "faults.txt").write_text("".join(f"{at} {what}\n" for at, what in sorted(self.events + gaps)))
         subprocess.run(["gnuplot", "-e", f"folder='{folder}'", SOURCE / "tests/e2e/soak.gnuplot"], check=True)
         print(f"picture: {folder / 'soak.svg'}")
 
