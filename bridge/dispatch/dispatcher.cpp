@@ -574,7 +574,7 @@ Result<> Dispatcher::CheckJournalRoom(const OperationSpec& operation, MonoNs now
   return {};
 }
 
-// Returns an error if a new command cannot be noted at present. `is_full`: too many commands are stored.
+// Returns an error if a new command cannot be noted at present. `has_room`: not too many commands are stored.
 Result<> Dispatcher::CheckRoom(const OperationSpec& operation, bool has_room, MonoNs now) const {
   if (auto room = CheckJournalRoom(operation, now); !room || operation.urgent || has_room) return room;
   return Failure(std::to_string(CommandStore::kMaxKept) +

@@ -10,10 +10,6 @@ namespace {
 
 using S = command_status_t;
 
-bool HasEnded(const S& status) {
-  return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
-}
-
 }  // namespace
 
 std::int32_t PendingCommand::WritesAtMost() const {
@@ -92,7 +88,7 @@ void CommandStore::DropEnded(MonoNs now) {
     oldest_first_.pop_front();
     const auto found = known_.find(id);
     if (found == known_.end()) continue;
-    if (HasEnded(found->second.latest) && found->second.begin_by < now) {
+    if (IsComplete(found->second.latest) && found->second.begin_by < now) {
       known_.erase(found);
     } else {
       oldest_first_.push_back(id);

@@ -11,8 +11,6 @@
 namespace axlecast {
 namespace {
 
-using S = command_status_t;
-
 constexpr std::size_t kMaxRefused = 256;
 constexpr std::size_t kMaxSteps = 100;  // of one command that wait; then the last one is replaced
 
@@ -64,11 +62,6 @@ std::optional<CommandRow> Row(Database& database, const CommandId& id) {
   static const std::string kSelect = "SELECT " + std::string(kCommandColumns) + " FROM commands WHERE id = ?";
   Rows rows = database.Select(kSelect, {IdText(id)});
   return rows.Next() ? std::optional(CommandOf(rows)) : std::nullopt;
-}
-
-// Whether a status leaves its command open: without outcome, or INDETERMINATE without finding.
-bool IsOpen(const S& status) {
-  return status.is_final == 0 || (status.state == S::STATE_INDETERMINATE && status.finding == S::FINDING_NONE);
 }
 
 }  // namespace
@@ -178,7 +171,7 @@ std::vector<OpenCommand> SqliteJournal::Open(Database& database) const {
       row.record.status = found->second.status;
       row.sent_epoch = std::max(row.sent_epoch, found->second.sent_epoch);
     }
-    if (IsOpen(row.record.status)) open.push_back({std::move(row.record), row.sent_epoch});
+    if (!IsComplete(row.record.status)) open.push_back({std::move(row.record), row.sent_epoch});
   }
   return open;
 }

@@ -21,11 +21,6 @@ bool HasSameContent(const S& one, const S& other) {
          one.text == other.text;
 }
 
-// A finding may still follow an INDETERMINATE.
-bool IsComplete(const S& status) {
-  return status.is_final != 0 && (status.state != S::STATE_INDETERMINATE || status.finding != S::FINDING_NONE);
-}
-
 // Handles the answer of a bridge that cannot read its journal: it contains the boot id, but no status of the command.
 bool HasNoStatus(const S& status) {
   return status.state == S::STATE_UNKNOWN && status.reason_code == S::REASON_JOURNAL;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <axlecast/argument_t.hpp>
+#include <axlecast/command_status_t.hpp>
 #include <cstdint>
 #include <iterator>
 #include <optional>
@@ -31,6 +32,12 @@ template <typename Bytes16>
 
 // Parses exactly `bytes.size()` bytes in hex, and nothing else.
 [[nodiscard]] bool ParseHex(std::string_view text, std::span<std::uint8_t> bytes);
+
+// Returns whether nothing more follows: the command has its outcome, and after INDETERMINATE its finding.
+[[nodiscard]] inline bool IsComplete(const command_status_t& status) {
+  return status.is_final != 0 && (status.state != command_status_t::STATE_INDETERMINATE ||
+                                  status.finding != command_status_t::FINDING_NONE);
+}
 
 // Returns command_status_t.body_digest: the first 8 bytes, big-endian, of BLAKE2b-256 of an encoded command_body_t.
 [[nodiscard]] std::int64_t BodyDigest(Bytes body);
