@@ -21,6 +21,9 @@ namespace axlecast {
 namespace {
 
 constexpr double kHealthHz = 1;      // DEVICE, ALARM, BUS and their like
+constexpr double kBlocksHz = 10;     // POSITION_BLOCK waits for 100 ms: drivers/runtime/axis/device_publisher.h
+constexpr double kWireHz = 100;      // WIRE waits for 10 ms: drivers/runtime/bus/wire_log.h
+constexpr double kLimitsHz = 0.1;    // LIMITS of a motor
 constexpr double kBlockSample = 20;  // bytes of a sample in POSITION_BLOCK
 constexpr double kWireRecord = 16;   // bytes of a record in WIRE without its data
 constexpr double kRecordsPerExchange = 2;
@@ -31,7 +34,6 @@ constexpr double kTimesLists = 280;
 constexpr double kDriverTexts = 85;
 constexpr double kAlarmTexts = 35;
 constexpr double kRecorderTexts = 590;
-constexpr double kLimitsHz = 0.1;
 
 // The growth of one log, channel by channel.
 class Growth {
@@ -72,6 +74,10 @@ double BytesOnWire(const BusConfig& bus, const DeviceConfig& device) {
   return serial ? seconds * static_cast<double>(bus.link.line.baud) / kBitsOfByte : kFrame;
 }
 
+// Returns how many messages with several entries are sent per second: each is sent after its time, which is `hz` times a second
+// unless the entries are fewer, or when it is full.
+double GroupsPerSecond(double entries, double hz, double full) { return std::max(std::min(hz, entries), full); }
+
 void AddDevice(Growth& growth, const BusConfig& bus, const DeviceConfig& device) {
   growth.Add<device_info_t>("DEVICE/" + device.name, kHealthHz, kDeviceTexts);
   growth.Add<alarm_t>("ALARM/" + device.name, kHealthHz, kAlarmTexts);
@@ -83,13 +89,12 @@ void AddDevice(Growth& growth, const BusConfig& bus, const DeviceConfig& device)
   }
   growth.Add<position_t>("POSITION/" + device.name, MessageRate(bus, device));
   if (!device.block) return;
-  growth.Add<position_block_t>("POSITION_BLOCK/" + device.name, readings / position_block_t::MAX_SAMPLES,
-                               kBlockSample * position_block_t::MAX_SAMPLES);
+  const double blocks = GroupsPerSecond(readings, kBlocksHz, readings / position_block_t::MAX_SAMPLES);
+  growth.Add<position_block_t>("POSITION_BLOCK/" + device.name, blocks, kBlockSample * readings / blocks);
 }
 
 void AddWire(Growth& growth, const BusConfig& bus) {
-  constexpr double kMostPerSecond = 100;  // drivers/runtime/bus/wire_log.h: WIRE collects records for 10 ms ...
-  constexpr double kMostBytes = 1'300;    // ... or up to these bytes
+  constexpr double kMostBytes = 1'300;  // drivers/runtime/bus/wire_log.h
   double exchanges = 0;
   double bytes = 0;
   for (const DeviceConfig& device : bus.devices) {
@@ -98,7 +103,7 @@ void AddWire(Growth& growth, const BusConfig& bus) {
     bytes += rate * (BytesOnWire(bus, device) + kRecordsPerExchange * kWireRecord);
   }
   if (exchanges <= 0) return;
-  const double messages = std::max(std::min(kMostPerSecond, exchanges), bytes / kMostBytes);
+  const double messages = GroupsPerSecond(exchanges, kWireHz, bytes / kMostBytes);
   growth.Add<wire_t>("WIRE/" + bus.name, messages, bytes / messages);
 }
 

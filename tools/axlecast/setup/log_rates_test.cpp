@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <axlecast/position_block_t.hpp>
 #include <axlecast/position_t.hpp>
 #include <string>
 #include <vector>
@@ -29,9 +30,7 @@ double RateOf(const MachineConfig& machine) { return LogBytesPerSecond(machine, 
 
 // The size of a record as a log has it.
 double PositionRecord(const std::string& channel) {
-  const position_t message{};
-  std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(data.data(), 0, static_cast<int>(data.size()));
+  const std::vector<std::uint8_t> data = Encoded(position_t{});
   return static_cast<double>(EventSize({.number = 0, .utime = 0, .channel = channel, .data = data}));
 }
 
@@ -46,6 +45,14 @@ TEST(LogBytesPerSecond, ABlockHasEveryReading) {
   EXPECT_GT(blocks, 500 * 20);
   EXPECT_LT(blocks, 500 * 25) << "20 bytes a sample, and an envelope for 40 samples";
   EXPECT_NEAR(RateOf(Machine("p: {channels: '^POSITION_BLOCK/'}")), kSeal, 1) << "without block";
+}
+
+TEST(LogBytesPerSecond, ABlockOfASlowAxisIsSentAfter100Milliseconds) {
+  MachineConfig machine = Machine("p: {channels: '^POSITION_BLOCK/'}", "", ", block: true");
+  machine.buses[0].poll_hz = 50;
+  const auto envelope =
+      static_cast<double>(kEventHeader + sizeof "POSITION_BLOCK/a" - 1) + position_block_t().getEncodedSize();
+  EXPECT_NEAR(RateOf(machine), 50 * 20 + 10 * envelope + kSeal, 1) << "ten blocks of five samples";
 }
 
 TEST(LogBytesPerSecond, WireCountsWhatIsCapturedOnly) {
