@@ -135,6 +135,18 @@ buses:
         machine.wait_for(port.exists, "the simulator's pty")
         return config, simulator, port
 
+    def machine_of_buses(self, title, names, bus, speed_rpm, device=""):
+        """The file of a machine with one device on each bus, its running simulators and their ports."""
+        config = self.folder / f"{title}.yaml"
+        config.write_text(f"machine: {title}\nbridge: {{unsigned_commands: allow}}\nbuses:\n" + "".join(
+            f"  bus-{name}: {{family: tformat, {bus}, simulate: {{{name}: {{speed_rpm: {speed_rpm}}}}},\n"
+            f"    devices: {{{name}: {{model: ts5669n127{device}}}}}}}\n" for name in names))
+        simulators = [self.start(machine.BIN / "axlecast", "simulate", config, "--bus", f"bus-{name}") for name in names]
+        ports = [self.run_dir / title / f"bus-{name}.pty" for name in names]
+        for port in ports:
+            machine.wait_for(port.exists, f"the simulator's {port.name}")
+        return config, simulators, ports
+
     def driver(self, config):
         return self.start(machine.BIN / "axlecast-tformat", "--config", config, "--bus", "rs485-0")
 
@@ -241,14 +253,7 @@ buses:
     def buses(self, count=100, hz=100):
         """CPU time of many drivers, one for each bus, and of as many bare loops on the same ports."""
         names = [f"axis{i}" for i in range(count)]
-        config = self.folder / "buses.yaml"
-        config.write_text("machine: buses\nbridge: {unsigned_commands: allow}\nbuses:\n" + "".join(
-            f"  bus-{name}: {{family: tformat, poll_hz: {hz}, simulate: {{{name}: {{speed_rpm: 60}}}},\n"
-            f"    devices: {{{name}: {{model: ts5669n127, publish_hz: {hz}, block: true}}}}}}\n" for name in names))
-        simulators = [self.start(machine.BIN / "axlecast", "simulate", config, "--bus", f"bus-{name}") for name in names]
-        ports = [self.run_dir / "buses" / f"bus-{name}.pty" for name in names]
-        for port in ports:
-            machine.wait_for(port.exists, f"the simulator's {port.name}")
+        config, simulators, ports = self.machine_of_buses("buses", names, f"poll_hz: {hz}", 60, f", publish_hz: {hz}, block: true")
         seconds = 4 * self.options.seconds
 
         def cost(command):
@@ -415,14 +420,7 @@ buses:
     def hull(self, axes, hz=100):
         """The hull of the sampling instants of one tick, of one driver process for each axis and of bare threads, all SCHED_FIFO 80."""
         names = [f"axis{i}" for i in range(axes)]
-        buses = "".join(f"  bus-{name}: {{family: tformat, poll_hz: {hz}, realtime: {{priority: 80}}, simulate: {{{name}: {{speed_rpm: 600}}}},\n"
-                        f"    devices: {{{name}: {{model: ts5669n127}}}}}}\n" for name in names)
-        config = self.folder / f"ticks{axes}.yaml"
-        config.write_text(f"machine: ticks{axes}\nbridge: {{unsigned_commands: allow}}\nbuses:\n{buses}")
-        simulators = [self.start(machine.BIN / "axlecast", "simulate", config, "--bus", f"bus-{name}") for name in names]
-        ports = [self.run_dir / f"ticks{axes}" / f"bus-{name}.pty" for name in names]
-        for port in ports:
-            machine.wait_for(port.exists, f"the simulator's {port.name}")
+        config, simulators, ports = self.machine_of_buses(f"ticks{axes}", names, f"poll_hz: {hz}, realtime: {{priority: 80}}", 600)
         seconds = 4 * self.options.seconds
 
         def drivers():

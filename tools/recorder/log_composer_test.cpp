@@ -11,6 +11,7 @@
 
 #include <axlecast/alarm_t.hpp>
 #include <vector>
+#include "core/messages/message.h"
 #include "tools/log/log_event.h"
 #include "tools/recorder/recorder_fixture.h"
 
@@ -247,9 +248,7 @@ TEST_F(RecorderTest, CountsTheLossesOfItsChannels) {
     position_t message{};
     message.boot_id = 1;
     message.seq = seq;
-    std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(data.data(), 0, static_cast<int>(data.size()));
-    recorder_->On({.utime = Utime(), .channel = "POSITION/axis1", .data = data}, now_);
+    recorder_->On({.utime = Utime(), .channel = "POSITION/axis1", .data = Encoded(message)}, now_);
   }
   const auto losses = recorder_->channels().losses();
   ASSERT_THAT(losses, SizeIs(1));

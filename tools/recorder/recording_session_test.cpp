@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/messages/message.h"
 #include "platform/os/system_clock.h"
 #include "tests/disk/limited_files.h"
 #include "tests/support/fake_clock.h"
@@ -194,9 +195,7 @@ TEST_F(RecordingSessionTest, ReportsTheLossesOfItsChannels) {
     position_t message{};
     message.boot_id = 1;
     message.seq = seq;
-    std::vector<std::uint8_t> data(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(data.data(), 0, static_cast<int>(data.size()));
-    sender_.Send("POSITION/axis1", AsText(data));
+    sender_.Send("POSITION/axis1", AsText(Encoded(message)));
   }
   const RecordingStatus status = RecordWhatArrived();
   ASSERT_THAT(status.channels, SizeIs(1));

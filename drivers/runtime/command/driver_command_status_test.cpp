@@ -5,6 +5,7 @@
 #include <axlecast/driver_status_t.hpp>
 
 #include "core/command/commands.h"
+#include "drivers/runtime/command/command_server_fixture.h"
 #include "drivers/runtime/command/driver_command_server.h"
 #include "tests/support/counting_family.h"
 #include "tests/support/fake_clock.h"
@@ -18,22 +19,9 @@ using S = command_status_t;
 constexpr std::int64_t kBoot = 5;
 
 // The content of a driver's statuses.
-class DriverStatusTest : public testing::Test {
+class DriverStatusTest : public CommandServerTest {
  protected:
-  driver_status_t Send(std::uint32_t number, std::int8_t kind = driver_order_t::KIND_EXECUTE,
-                       const std::string& operation = "bump") {
-    driver_order_t order = OrderMessage(kBoot, ++epoch_, NumberedId(number), "axis1", operation);
-    order.kind = kind;
-    server_.OnDriverCommand(Enveloped(order));
-    return Last();
-  }
-  driver_status_t Last() const { return sink_.All<driver_status_t>("DRIVER_STATUS/b0").back(); }
-
-  FakeClock clock_;
-  MemorySink sink_;
-  std::int64_t epoch_ = 0;
-  BusConfig bus_ = CountingBus("b0", {"axis1", "axis2"});
-  DriverCommandServer server_{bus_, UnsignedBridge(), {{.boot_id = kBoot}, &clock_, &sink_, [] {}}};
+  DriverStatusTest() : CommandServerTest(driver_order_t::KIND_EXECUTE) {}
 };
 
 TEST_F(DriverStatusTest, HasItsKindItsOriginAndItsTime) {
