@@ -19,6 +19,7 @@ inline constexpr std::uint8_t kBus = alarm_entry_t::SOURCE_BUS;
 inline constexpr std::uint8_t kBridge = alarm_entry_t::SOURCE_BRIDGE;
 inline constexpr std::uint8_t kRecorder = alarm_entry_t::SOURCE_RECORDER;
 inline constexpr std::uint8_t kMqtt = alarm_entry_t::SOURCE_MQTT;
+inline constexpr std::uint8_t kShip = alarm_entry_t::SOURCE_SHIP;
 
 }  // namespace alarm_codes
 
@@ -119,6 +120,12 @@ inline constexpr AlarmSpec kDiskFails = {
 inline constexpr AlarmSpec kMessagesLost = {
     402, kRecorder, kWarning, "messages_lost",
     "Messages are missing: RECORDER names the senders; raise net.core.rmem_max."};
+inline constexpr AlarmSpec kLogsNotShipped = {
+    403, kRecorder, kWarning, "logs_not_shipped",
+    "Logs exceed quota or keep, but wait: check axlecast ship and its database."};
+inline constexpr AlarmSpec kLogDeletedUnshipped = {
+    404, kRecorder, kError, "log_deleted_unshipped",
+    "The disk is nearly full: logs went before they were shipped, see holes.jsonl."};
 
 }  // namespace recording_alarms
 
@@ -136,5 +143,24 @@ inline constexpr AlarmSpec kMessagesRefused = {502, kMqtt, kWarning, "mqtt_refus
                                                "The broker refuses messages: check its access list and limits."};
 
 }  // namespace mqtt_alarms
+
+// Of axlecast ship, on ALARM/ship/<machine>.
+namespace shipping_alarms {
+using namespace alarm_codes;
+
+inline constexpr AlarmSpec kDatabaseAway = {
+    600, kShip, kWarning, "database_away",
+    "The fleet database accepts nothing: see the log of axlecast ship for the cause."};
+inline constexpr AlarmSpec kLogsNotShipped = {
+    601, kShip, kWarning, "logs_not_shipped",
+    "Logs wait for the database for over 10 min: see the log of axlecast ship."};
+inline constexpr AlarmSpec kHoleRecorded = {
+    602, kShip, kWarning, "hole_recorded",
+    "Messages will never be in the database: axlecast fleet status names the cause."};
+inline constexpr AlarmSpec kShipperFenced = {
+    603, kShip, kError, "shipper_fenced",
+    "Another shipper has taken this machine over: stop one of them, start this one."};
+
+}  // namespace shipping_alarms
 
 }  // namespace axlecast

@@ -146,7 +146,11 @@ MappedFile::~MappedFile() = default;
 MappedFile::MappedFile(MappedFile&&) noexcept = default;
 MappedFile& MappedFile::operator=(MappedFile&&) noexcept = default;
 
-MappedFile::MappedFile(const std::string& path) : path_(path) { Open(); }
+// A pipe without a writer would block the open.
+MappedFile::MappedFile(const std::string& path)
+    : MappedFile(Descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)), path) {}
+
+MappedFile::MappedFile(Descriptor file, std::string name) : path_(std::move(name)) { Map(std::move(file)); }
 
 FileAccess MappedFile::access() const {
   FileAccess access{.mode = mode_};
@@ -157,9 +161,7 @@ FileAccess MappedFile::access() const {
   return access;
 }
 
-void MappedFile::Open() {
-  // A pipe without a writer would block the open.
-  Descriptor file(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+void MappedFile::Map(Descriptor file) {
   struct stat status {};
   if (!file.valid() || fstat(file.get(), &status) != 0) {
     const int error = errno;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/inline_bytes.h"
+#include "platform/os/descriptor.h"
 #include "platform/os/new_file.h"
 
 namespace axlecast {
@@ -24,6 +25,8 @@ class MappedFile {
   static constexpr std::size_t kMax = 1'024;  // mapped files in a process
 
   explicit MappedFile(const std::string& path);
+  // Maps an open file. `name`: for texts about it.
+  MappedFile(Descriptor file, std::string name);
   ~MappedFile();
   MappedFile(MappedFile&&) noexcept;
   MappedFile& operator=(MappedFile&&) noexcept;
@@ -42,7 +45,7 @@ class MappedFile {
  private:
   class Mapping;
 
-  void Open();
+  void Map(Descriptor file);
 
   std::string path_;
   std::unique_ptr<Mapping> mapping_;  // null for an empty file

@@ -86,6 +86,10 @@ bool NewFile::Collect(std::string_view piece) {
   return state_.has_value();
 }
 
+void NewFile::Flush() {
+  if (state_ && fdatasync(file_.get()) != 0) state_ = Failure(Problem(path_));
+}
+
 Result<> NewFile::Commit(bool replace, const std::string& keep) {
   state_ = Append(collected_);
   if (state_ && fsync(file_.get()) != 0) state_ = Failure(Problem(path_));

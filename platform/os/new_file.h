@@ -33,6 +33,8 @@ class NewFile {
   // As Append, but writes small pieces together: some only in a later call. Returns false after an error, which Commit
   // returns. Not for secrets, and not to be mixed with Append.
   bool Collect(std::string_view piece);
+  // Writes what was appended to the disk now, so that Commit of a large file does not do it all at once. Errors appear in Commit.
+  void Flush();
   // Moves the file to `path`. Without `replace`, an existing file is kept and the call fails. With `keep`, the existing
   // file gets that name, which must be free and in the same folder. At any time, a complete file exists at `path`.
   [[nodiscard]] Result<> Commit(bool replace, const std::string& keep = "");

@@ -6,6 +6,7 @@
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
 
@@ -125,6 +126,14 @@ std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory) 
                        "; allow it with LimitMEMLOCK=infinity in the systemd unit, or ulimit -l unlimited");
   }
   return warnings;
+}
+
+void LowerPriority() {
+  constexpr int kLowest = 19;
+  constexpr int kOfThread = 1;         // IOPRIO_WHO_PROCESS, ioprio_set(2): the C library has no name for these
+  constexpr int kIdleClass = 3 << 13;  // IOPRIO_PRIO_VALUE(IOPRIO_CLASS_IDLE, 0)
+  static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowest));
+  static_cast<void>(syscall(SYS_ioprio_set, kOfThread, 0, kIdleClass));
 }
 
 Result<> ForbidCoreDumps() {

@@ -34,6 +34,9 @@ namespace axlecast {
 // its remedy, for settings that the system did not allow; the others are applied.
 [[nodiscard]] std::vector<std::string> ApplyRealtime(int priority, int cpu, bool lock_memory);
 
+// Gives the calling thread the lowest priority for the CPU and the disk, as far as the system allows it.
+void LowerPriority();
+
 // Prevents core dumps and debuggers without privilege from showing the memory of this process. For a process that holds
 // passwords. Afterwards, the process's own files in /proc belong to root.
 [[nodiscard]] Result<> ForbidCoreDumps();

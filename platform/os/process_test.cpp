@@ -36,6 +36,17 @@ TEST(RandomBootId, IsPositiveAndNew) {
   EXPECT_EQ(ids.size(), 100U);
 }
 
+TEST(LowerPriority, ConcernsOnlyTheCallingThread) {
+  const int before = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
+  int lowered = 0;
+  std::thread([&lowered] {
+    LowerPriority();
+    lowered = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
+  }).join();
+  EXPECT_EQ(lowered, 19);
+  EXPECT_EQ(getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())), before);
+}
+
 TEST(ApplyRealtime, AppliesWhatIsAllowedAndTellsTheRest) {
   std::thread([] {
     EXPECT_THAT(ApplyRealtime(0, -1, false), IsEmpty());

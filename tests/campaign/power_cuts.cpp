@@ -20,9 +20,10 @@ struct Mode {
 };
 
 constexpr Mode kModes[] = {
-    {"journal", "the bridge's journal", CutJournal, 40, 350, 0.45},
-    {"logs", "the recorder's logs", CutLogs, 40, 120, 0.35},
-    {"new_files", "keys, configs, backups and other new files", CutNewFiles, 60, 200, 0.2},
+    {"journal", "the bridge's journal", CutJournal, 40, 350, 0.4},
+    {"logs", "the recorder's logs", CutLogs, 40, 120, 0.3},
+    {"new_files", "keys, configs, backups and other new files", CutNewFiles, 60, 200, 0.15},
+    {"outbox", "closed logs that are compressed or deleted unshipped", CutOutbox, 12, 40, 0.15},
 };
 
 bool Run(const Mode& mode, std::int64_t count) {
@@ -57,7 +58,7 @@ bool Run(const Mode& mode, std::int64_t count) {
 }  // namespace axlecast
 
 int main(int argc, char** argv) {
-  return axlecast::CampaignMain(argc, argv, "power_cuts POINTS [journal|logs|new_files]...",
+  return axlecast::CampaignMain(argc, argv, "power_cuts POINTS [journal|logs|new_files|outbox]...",
                                 "nothing acknowledged was lost or doubled, and every file could be read",
                                 axlecast::kModes, axlecast::Run);
 }

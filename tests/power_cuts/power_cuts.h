@@ -14,6 +14,10 @@ namespace axlecast {
 // that were written so; a log can be continued.
 [[nodiscard]] CutTally CutLogs(const CutOrder& order);
 
+// The closed logs of a recorder that are compressed, or deleted before they were shipped (docs/record.md): each is complete in one of
+// its forms, or a hole.
+[[nodiscard]] CutTally CutOutbox(const CutOrder& order);
+
 // Files that are written in one step (platform/os/new_file): the old content or the new one, and the new one after the return.
 [[nodiscard]] CutTally CutNewFiles(const CutOrder& order);
 

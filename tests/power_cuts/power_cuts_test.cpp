@@ -30,6 +30,14 @@ TEST(PowerCutsTest, ALogKeepsWhatIsOlderThanItsSyncInterval) {
   }
 }
 
+TEST(PowerCutsTest, AClosedLogIsCompleteOrAHole) {
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    const CutTally tally = CutOutbox({.seed = seed, .operations = 10, .random_states = 2});
+    EXPECT_EQ(tally.breaches, 0) << Texts(tally);
+    EXPECT_GT(tally.points, 50);
+  }
+}
+
 TEST(PowerCutsTest, AFileIsTheOldOneOrTheNewOne) {
   const CutTally tally = CutNewFiles({.seed = 1, .operations = 20});
   EXPECT_EQ(tally.breaches, 0) << Texts(tally);
@@ -56,6 +64,14 @@ TEST(PowerCutsTest, ALogThatIsNotSyncedIsFound) {
 
 TEST(PowerCutsTest, ALogWhoseNameIsNotSyncedIsFound) {
   EXPECT_GT(CutLogs({.operations = 10, .fault = PlantedFault::kNoFolderSync}).breaches, 0);
+}
+
+TEST(PowerCutsTest, ACompressedLogThatIsNotSyncedIsFound) {
+  EXPECT_GT(CutOutbox({.operations = 6, .fault = PlantedFault::kNoFileSync}).breaches, 0);
+}
+
+TEST(PowerCutsTest, AHoleWhoseFolderIsNotSyncedIsFound) {
+  EXPECT_GT(CutOutbox({.operations = 6, .fault = PlantedFault::kNoFolderSync}).breaches, 0);
 }
 
 TEST(PowerCutsTest, ANewFileThatIsNotSyncedIsFound) {

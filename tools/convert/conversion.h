@@ -44,9 +44,12 @@ void VisitFields(const nlohmann::ordered_json& message, const FieldVisitor& visi
 // message that may be missing.
 [[nodiscard]] bool AlwaysSameFields(std::string_view schema);
 
-// Returns one CSV record according to RFC 4180, with CR LF at its end. Cells with commas, quotes or line ends are quoted.
+// Appends one cell of a CSV record according to RFC 4180. Cells with commas, quotes or line ends are quoted.
 // Bytes that are not UTF-8, and NUL, become U+FFFD. Spreadsheets interpret a cell that begins with = + - @, tab or CR as
 // a formula: such a cell gets a leading apostrophe, unless it is a number.
+void AppendCsvCell(std::string& line, std::string_view cell);
+
+// Returns one CSV record of these cells, with CR LF at its end.
 [[nodiscard]] std::string CsvLine(const std::vector<std::string>& cells);
 
 // Writes one row for each message: `log_utime` (us, reception), `channel`, and the fields of all types that occur, under

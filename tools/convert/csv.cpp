@@ -34,7 +34,7 @@ bool IsFormula(std::string_view cell) {
   return !cell.empty() && kBeginnings.find(cell.front()) != std::string_view::npos && !IsNumber(cell);
 }
 
-void AppendCell(std::string& line, std::string_view cell) {
+void AppendQuoted(std::string& line, std::string_view cell) {
   if (cell.find_first_of(",\"\r\n") == std::string_view::npos) {
     line += cell;
     return;
@@ -275,16 +275,20 @@ class Rows {
 
 }  // namespace
 
-std::string CsvLine(const std::vector<std::string>& cells) {
+void AppendCsvCell(std::string& line, std::string_view cell) {
   constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+  std::string text = MendedUtf8(cell);
+  for (std::size_t at = 0; (at = text.find('\0', at)) != std::string::npos; at += kReplacement.size()) {
+    text.replace(at, 1, kReplacement);
+  }
+  AppendQuoted(line, IsFormula(text) ? '\'' + text : text);
+}
+
+std::string CsvLine(const std::vector<std::string>& cells) {
   std::string line;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (i > 0) line += ',';
-    std::string text = MendedUtf8(cells[i]);
-    for (std::size_t at = 0; (at = text.find('\0', at)) != std::string::npos; at += kReplacement.size()) {
-      text.replace(at, 1, kReplacement);
-    }
-    AppendCell(line, IsFormula(text) ? '\'' + text : text);
+    AppendCsvCell(line, cells[i]);
   }
   return line + "\r\n";
 }

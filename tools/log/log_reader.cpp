@@ -67,6 +67,12 @@ LogReader::LogReader(Bytes log, std::size_t begin)
   if (begin == 0) anchor_ = Anchor{-1, 0};  // before the first event
 }
 
+LogReader::LogReader(Bytes log, std::size_t begin, std::int64_t before, std::optional<std::int64_t> utime)
+    : LogReader(log, begin) {
+  anchor_ = Anchor{before, position_};
+  utime_ = utime;
+}
+
 std::optional<LogEvent> LogReader::Next() {
   std::size_t offset = position_;
   std::optional<LogEvent> event = At(offset);

@@ -26,6 +26,9 @@ class LogReader {
   // Starts at the offset `begin`. If no record begins there, it starts at the next record, and the bytes before that record do
   // not count as damage.
   explicit LogReader(Bytes log, std::size_t begin = 0);
+  // Starts at `begin`, behind the event with the number `before`, so that damage at `begin` is skipped as anywhere else. `utime`: of
+  // that event, if it is known.
+  LogReader(Bytes log, std::size_t begin, std::int64_t before, std::optional<std::int64_t> utime);
 
   // Returns the next event, or nothing at the end. Its views refer to the log.
   [[nodiscard]] std::optional<LogEvent> Next();

@@ -3,7 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/recorder/log_writer.h"
+#include "tools/log/log_name.h"
+#include "tools/recorder/log_retention.h"
 
 namespace axlecast {
 namespace {
@@ -14,33 +15,22 @@ using ::testing::IsEmpty;
 constexpr std::int64_t kSecondUs = 1'000'000;
 constexpr std::int64_t kNow = 1'795'244'405 * kSecondUs;  // date -u -d @1795244405: 2026-11-21 07:00:05
 
-TEST(LogFileName, IsNameAndUtcTime) {
-  EXPECT_EQ(LogFileName("press3", kNow + 999'999, 0), "press3_20261121T070005Z.lcm");
-  EXPECT_EQ(LogFileName("press3", kNow, 7), "press3_20261121T070005Z_007.lcm");
-  EXPECT_EQ(LogFileName("press3", kNow, 1'234), "press3_20261121T070005Z_1234.lcm");
-}
-
-TEST(LogFileBegin, ReadsOnlyOwnNames) {
-  EXPECT_EQ(LogFileBegin("press3", "press3_20261121T070005Z.lcm"), kNow);
-  EXPECT_EQ(LogFileBegin("press3", "press3_20261121T070005Z_007.lcm"), kNow);
-  for (const char* file :
-       {"press3_20261121T070005Z.log", "press4_20261121T070005Z.lcm", "press3_20261121T070005Z_x.lcm", "press3.lcm",
-        "press3_20261121T070005Z_007.lcm.bak", "press3_20261121T070005Z_.lcm", "press3_20261121T070005.lcm",
-        "press3_2026-11-21T070005Z.lcm", "press3_important.lcm", "press33_20261121T070005Z.lcm",
-        "press3_20261321T070005Z.lcm", "press3_20261121T070005Zcopy.lcm", "press3-20261121T070005Z.lcm",
-        "press3_20261121T070005Z_07.lcm", "press3_20261121T070005Z-007.lcm", "press3_20261121T070005Z_0x7.lcm",
-        "press3_20261121T07000.lcm", "press3_.lcm"}) {
-    EXPECT_FALSE(LogFileBegin("press3", file)) << file;
-  }
-}
-
 class ExpiredLogsTest : public ::testing::Test {
  protected:
   // Begun so many hours ago.
   void Add(int hours, std::int64_t bytes) { logs_.push_back({Name(hours), bytes}); }
   [[nodiscard]] static std::string Name(int hours) { return LogFileName("m", kNow - hours * 3'600 * kSecondUs, 0); }
   [[nodiscard]] std::vector<std::string> Expired(const Retention& retention, const std::string& current) const {
-    return ExpiredLogs(logs_, "m", current, retention, kNow);
+    return FilesOf(FindExpired(logs_, "m", current, retention, kNow).expired);
+  }
+
+  [[nodiscard]] std::vector<std::string> Held(const Retention& retention, const std::string& current) const {
+    return FilesOf(FindExpired(logs_, "m", current, retention, kNow).held);
+  }
+  [[nodiscard]] static std::vector<std::string> FilesOf(const std::vector<StoredLog>& logs) {
+    std::vector<std::string> files;
+    for (const StoredLog& log : logs) files.push_back(log.file);
+    return files;
   }
 
   std::vector<StoredLog> logs_;
@@ -117,6 +107,49 @@ TEST_F(ExpiredLogsTest, ItsLastMessageDecidesWhereItIsKnown) {
   logs_[2].last_utime = 1;  // its clock began in 1970
   EXPECT_THAT(Expired({.keep_us = 15 * 3'600 * kSecondUs}, "elsewhere"), ElementsAre(Name(20), Name(5)))
       << "the recorder stood still, and its clock had been set";
+}
+
+TEST_F(ExpiredLogsTest, LogsThatAreNotShippedAreHeld) {
+  for (const int hours : {5, 4, 3, 2, 1}) Add(hours, 50);
+  const Retention retention{.quota_bytes = 150, .needs_shipping = true};
+  EXPECT_THAT(Expired(retention, Name(1)), IsEmpty());
+  EXPECT_THAT(Held(retention, Name(1)), ElementsAre(Name(5), Name(4), Name(3), Name(2)));
+  logs_[0].shipped = true;
+  EXPECT_THAT(Expired(retention, Name(1)), ElementsAre(Name(5)));
+  EXPECT_THAT(Held(retention, Name(1)), ElementsAre(Name(4), Name(3), Name(2)));
+  logs_[1].shipped = true;
+  EXPECT_THAT(Expired(retention, Name(1)), ElementsAre(Name(5), Name(4)));
+  EXPECT_THAT(Held(retention, Name(1)), IsEmpty()) << "the quota is kept";
+}
+
+TEST_F(ExpiredLogsTest, NewerLogsThatAreShippedGoInPlaceOfHeldOnes) {
+  for (const int hours : {5, 4, 3, 2, 1}) Add(hours, 50);
+  for (const std::size_t shipped : {2U, 3U, 4U}) logs_[shipped].shipped = true;
+  const Retention retention{.quota_bytes = 150, .needs_shipping = true};
+  EXPECT_THAT(Expired(retention, ""), ElementsAre(Name(3), Name(2)));
+  EXPECT_THAT(Held(retention, ""), ElementsAre(Name(5), Name(4)));
+}
+
+TEST_F(ExpiredLogsTest, AnOldLogIsHeldAsWell) {
+  Add(30, 1);
+  Add(20, 1);
+  Add(1, 1);
+  const Retention retention{.keep_us = 15 * 3'600 * kSecondUs, .needs_shipping = true};
+  EXPECT_THAT(Held(retention, Name(1)), ElementsAre(Name(30)));
+  EXPECT_THAT(Expired(retention, Name(1)), IsEmpty());
+  logs_[0].shipped = true;
+  EXPECT_THAT(Expired(retention, Name(1)), ElementsAre(Name(30)));
+  EXPECT_THAT(Held({.keep_us = 15 * 3'600 * kSecondUs}, Name(1)), IsEmpty()) << "nobody ships";
+}
+
+TEST(IsNearlyFull, BelowTheGreaterReserve) {
+  EXPECT_FALSE(IsNearlyFull({}, 1'000, 0)) << "no reserve";
+  EXPECT_FALSE(IsNearlyFull({.reserve_bytes = 50}, 1'000, 50));
+  EXPECT_TRUE(IsNearlyFull({.reserve_bytes = 50}, 1'000, 49));
+  EXPECT_FALSE(IsNearlyFull({.reserve_percent = 5}, 1'000, 50));
+  EXPECT_TRUE(IsNearlyFull({.reserve_percent = 5}, 1'000, 49));
+  EXPECT_TRUE(IsNearlyFull({.reserve_bytes = 10, .reserve_percent = 5}, 1'000, 49));
+  EXPECT_TRUE(IsNearlyFull({.reserve_bytes = 60, .reserve_percent = 5}, 1'000, 59));
 }
 
 }  // namespace

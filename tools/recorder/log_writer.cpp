@@ -1,7 +1,6 @@
 #include "tools/recorder/log_writer.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -11,56 +10,17 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/text.h"
-#include "core/base/utc_text.h"
 #include "platform/os/mapped_file.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_merge.h"
+#include "tools/log/log_name.h"
 
 namespace axlecast {
 namespace {
 
-constexpr std::string_view kEnding = ".lcm";
-constexpr std::size_t kStamp = 16;  // 20261121T070005Z
-
-bool AreDigits(std::string_view text) {
-  return !text.empty() &&
-         std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
-}
-
-constexpr const char* kStampFormat = "%Y%m%dT%H%M%SZ";
-
-// Returns the suffix of a further file of the same name: "_007".
-std::string CopySuffix(int copy) { return copy > 0 ? Text("_%03d", copy) : ""; }
-
-struct DatedLog {
-  std::int64_t begin;
-  StoredLog log;
-};
-
-// Returns the logs with generated names, oldest first.
-std::vector<DatedLog> OwnLogs(std::vector<StoredLog> logs, std::string_view name) {
-  std::vector<DatedLog> own;
-  for (StoredLog& log : logs) {
-    if (const auto begin = LogFileBegin(name, log.file)) own.push_back({*begin, std::move(log)});
-  }
-  std::sort(own.begin(), own.end(), [](const DatedLog& one, const DatedLog& other) {
-    const std::size_t one_size = one.log.file.size();  // _1000 follows _999
-    const std::size_t other_size = other.log.file.size();
-    return std::tie(one.begin, one_size, one.log.file) < std::tie(other.begin, other_size, other.log.file);
-  });
-  return own;
-}
-
-// Returns the latest possible time of the last event (us, UNIX time).
-std::int64_t EndOf(const std::vector<DatedLog>& logs, std::size_t i) {
-  if (logs[i].log.last_utime > 0) return logs[i].log.last_utime;
-  return i + 1 < logs.size() ? logs[i + 1].begin : std::numeric_limits<std::int64_t>::max();
-}
-
 constexpr std::size_t kFlushBytes = 1 << 20;
 constexpr MonoNs kRetry = kSecond;
-constexpr MonoNs kDeletion = kSecond;
+constexpr MonoNs kTending = kSecond;
 constexpr int kMaxCopies = 9'999;  // files of one name
 
 bool IsFull(int error) { return error == ENOSPC || error == EDQUOT; }
@@ -98,48 +58,12 @@ std::size_t WholeRecords(Bytes records, std::size_t limit, std::int64_t& message
   return whole;
 }
 
-// Returns the time of the last event of a log (us, UNIX time), or 0 if no event can be read.
-std::int64_t LastUtime(const std::filesystem::path& path) {
-  const MappedFile file(path.string());
-  return file.problem().empty() ? SpanOf({file.bytes()}).last : 0;
-}
-
 }  // namespace
 
-std::string LogFileName(std::string_view name, std::int64_t utime, int copy) {
-  return std::string(name) + '_' + FormatUtc(utime, kStampFormat) + CopySuffix(copy) + std::string(kEnding);
-}
-
-std::optional<std::int64_t> LogFileBegin(std::string_view name, std::string_view file) {
-  if (!file.starts_with(name) || !file.ends_with(kEnding)) return std::nullopt;
-  file.remove_prefix(name.size());
-  if (file.size() < 1 + kStamp + kEnding.size() || file[0] != '_') return std::nullopt;
-  file.remove_prefix(1);
-  file.remove_suffix(kEnding.size());
-  const std::string_view copy = file.substr(kStamp);
-  if (!copy.empty() && (copy.size() < 4 || copy[0] != '_' || !AreDigits(copy.substr(1)))) return std::nullopt;
-  return ParseUtcAs(std::string(file.substr(0, kStamp)), kStampFormat);
-}
-
-std::vector<std::string> ExpiredLogs(std::vector<StoredLog> logs, std::string_view name, std::string_view current,
-                                     const Retention& retention, std::int64_t utime) {
-  const std::vector<DatedLog> own = OwnLogs(std::move(logs), name);
-  std::int64_t bytes = std::accumulate(own.begin(), own.end(), std::int64_t{0},
-                                       [](std::int64_t sum, const DatedLog& each) { return sum + each.log.bytes; });
-  std::vector<std::string> expired;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    if (own[i].log.file == current) continue;
-    const bool old = retention.keep_us > 0 && EndOf(own, i) < utime - retention.keep_us;
-    const bool over = retention.quota_bytes > 0 && bytes > retention.quota_bytes && i + 1 < own.size();
-    if (!old && !over) continue;
-    bytes -= own[i].log.bytes;
-    expired.push_back(own[i].log.file);
-  }
-  return expired;
-}
-
 LogWriter::LogWriter(LogWriterSettings settings, const Clock& clock)
-    : settings_(std::move(settings)), clock_(clock) {}
+    : settings_(std::move(settings)),
+      clock_(clock),
+      closed_logs_(settings_.folder, settings_.name, settings_.retention, settings_.compress) {}
 
 void LogWriter::Begin(std::int64_t utime) { pending_.push_back({utime, {}, false}); }
 
@@ -155,12 +79,12 @@ void LogWriter::Poll() {
   const MonoNs now = clock_.Now();
   if (!blocked() || now >= retry_at_) Flush();
   if (unsynced_since_ != kNever && now - unsynced_since_ >= settings_.sync_interval) OnSynced(file_.Sync());
-  if (now >= next_deletion_) DeleteExpired();
+  if (now >= next_tending_) TendClosedLogs();
 }
 
 MonoNs LogWriter::next_poll() const {
   const MonoNs sync = unsynced_since_ == kNever ? kNever : unsynced_since_ + settings_.sync_interval;
-  return std::min({sync, retry_at_, next_deletion_});
+  return std::min({sync, retry_at_, next_tending_});
 }
 
 void LogWriter::Flush() {
@@ -209,7 +133,7 @@ bool LogWriter::Open(const Pending& log) {
     return false;
   }
   status_.file_bytes = file_.size();
-  next_deletion_ = 0;
+  next_tending_ = 0;
   first_ = false;
   return true;
 }
@@ -222,7 +146,9 @@ int LogWriter::CreateFile(const Pending& log) {
   int error = EEXIST;
   for (; copy <= kMaxCopies; ++copy) {
     status_.file = PathOf(log, copy);
-    error = file_.Create(status_.file);
+    std::error_code ignored;  // then the name counts as free
+    const bool taken = !given && std::filesystem::exists(status_.file + std::string(kCompressedEnding), ignored);
+    error = taken ? EEXIST : file_.Create(status_.file);
     if (error != EEXIST) break;
     if (given && first_) break;
   }
@@ -257,28 +183,6 @@ void LogWriter::OnSynced(int error) {
   status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
-// Returns the logs of this recorder in the folder. Only logs that may have expired are opened.
-std::vector<StoredLog> LogWriter::OwnLogs(std::int64_t utime) {
-  std::vector<StoredLog> logs;
-  std::map<std::string, std::int64_t> last_utimes;
-  const std::int64_t keep_us = settings_.retention.keep_us;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(settings_.folder, error)) {
-    std::string file = entry.path().filename().string();
-    const auto begin = LogFileBegin(settings_.name, file);
-    if (!begin || !entry.is_regular_file(error)) continue;
-    std::int64_t last = 0;
-    if (keep_us > 0 && *begin < utime - keep_us && file != CurrentName()) {
-      const auto known = last_utimes_.find(file);
-      last = known != last_utimes_.end() ? known->second : LastUtime(entry.path());
-      last_utimes.emplace(file, last);
-    }
-    logs.push_back({std::move(file), static_cast<std::int64_t>(entry.file_size(error)), last});
-  }
-  last_utimes_ = std::move(last_utimes);
-  return logs;
-}
-
 std::string LogWriter::CurrentName() const {
   return file_.is_open() ? std::filesystem::path(status_.file).filename().string() : "";
 }
@@ -291,20 +195,16 @@ std::int64_t LogWriter::FreeBytes() const {
   return error ? -1 : static_cast<std::int64_t>(space.available);
 }
 
-void LogWriter::DeleteExpired() {
-  next_deletion_ = clock_.Now() + kDeletion;
+void LogWriter::TendClosedLogs() {
+  next_tending_ = clock_.Now() + kTending;
   status_.free_bytes = FreeBytes();
-  const Retention& retention = settings_.retention;
-  if (!settings_.file.empty() || (retention.quota_bytes == 0 && retention.keep_us == 0)) return;
-  const std::int64_t utime = clock_.UtcMicroseconds();
-  for (const std::string& file : ExpiredLogs(OwnLogs(utime), settings_.name, CurrentName(), retention, utime)) {
-    const std::filesystem::path path = std::filesystem::path(settings_.folder) / file;
-    if (LogFile::IsBeingWritten(path.string())) continue;  // by another recorder with this name
-    std::error_code error;
-    if (std::filesystem::remove(path, error); !error) continue;
-    status_.last_error = file + ": cannot be deleted: " + error.message();
-    status_.last_error_utime = clock_.UtcMicroseconds();
-  }
+  if (!settings_.file.empty()) return;
+  closed_logs_.Tend(CurrentName(), clock_.Now(), clock_.UtcMicroseconds());
+  status_.closed = closed_logs_.status();
+  std::string error = closed_logs_.TakeError();
+  if (error.empty()) return;
+  status_.last_error = std::move(error);
+  status_.last_error_utime = clock_.UtcMicroseconds();
 }
 
 std::int64_t LogWriter::Finish() {

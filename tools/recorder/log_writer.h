@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,37 +9,10 @@
 
 #include "core/base/time.h"
 #include "platform/os/log_file.h"
+#include "tools/recorder/closed_logs.h"
 #include "tools/recorder/log_composer.h"
 
 namespace axlecast {
-
-// Generated names of logs: NAME_YYYYMMDDTHHMMSSZ.lcm (UTC). If several logs begin in one second, _001, _002, ... precede the
-// extension.
-
-// Returns the generated name. `copy`: 0 for the name without a number.
-[[nodiscard]] std::string LogFileName(std::string_view name, std::int64_t utime, int copy);
-
-// Returns the start of the log with this file name (us, UNIX time), or nothing if the recorder did not generate the name.
-[[nodiscard]] std::optional<std::int64_t> LogFileBegin(std::string_view name, std::string_view file);
-
-struct StoredLog {
-  std::string file;
-  std::int64_t bytes = 0;
-  std::int64_t last_utime = 0;  // of its last event (us, UNIX time); 0: unknown
-};
-
-struct Retention {
-  std::int64_t quota_bytes = 0;  // 0: no limit
-  std::int64_t keep_us = 0;      // 0: no limit
-};
-
-// Returns the logs of the recorder to delete, oldest first:
-// - as many as necessary for the quota, but never the newest log
-// - those whose last event is older than keep_us. If the last event is unknown, a log ends when the next one begins.
-// Never returns `current` or a file with another name.
-[[nodiscard]] std::vector<std::string> ExpiredLogs(std::vector<StoredLog> logs, std::string_view name,
-                                                   std::string_view current, const Retention& retention,
-                                                   std::int64_t utime);
 
 struct LogWriterSettings {
   std::string folder;                         // of logs with generated names
@@ -48,6 +20,7 @@ struct LogWriterSettings {
   std::string file;                           // the first log; the following ones are <file>_001, <file>_002, ...
   MonoNs sync_interval = 100 * kMillisecond;  // maximum time until written data is on the disk
   Retention retention;                        // of logs with generated names
+  bool compress = false;                      // closed logs with generated names
 };
 
 enum class DiskState : std::uint8_t { kGood, kFull, kFailed };
@@ -60,6 +33,7 @@ struct LogWriterStatus {
   std::string last_error;        // what happened, and how to fix it
   std::int64_t last_error_utime = 0;
   bool damaged = false;  // written data may be missing on the disk
+  ClosedLogsStatus closed;
 };
 
 // Writes logs to files. If a write fails, the data is kept in memory and written again after one second. A file always ends with a
@@ -75,11 +49,13 @@ class LogWriter final : public LogSink {
   void Write(Bytes record) override;
   void End() override;
 
-  // Writes, syncs, retries and deletes expired logs, when each is due.
+  // Writes, syncs, retries, and deletes and compresses closed logs, when each is due.
   void Poll();
   [[nodiscard]] MonoNs next_poll() const;
   // Returns true if the last write failed: records are kept in memory.
   [[nodiscard]] bool blocked() const { return retry_at_ != kNever; }
+  // Writes at once what is in memory, also if the last write failed less than a second ago.
+  void Retry() { Flush(); }
   // Tries a last time. Returns the number of messages that could not be written.
   [[nodiscard]] std::int64_t Finish();
 
@@ -100,8 +76,7 @@ class LogWriter final : public LogSink {
   [[nodiscard]] std::string PathOf(const Pending& log, int copy) const;
   void OnWriteFailed(int error);
   void OnSynced(int error);
-  void DeleteExpired();
-  [[nodiscard]] std::vector<StoredLog> OwnLogs(std::int64_t utime);
+  void TendClosedLogs();
   [[nodiscard]] std::int64_t FreeBytes() const;
   [[nodiscard]] std::string CurrentName() const;  // without the folder; empty: no file is open
 
@@ -115,8 +90,8 @@ class LogWriter final : public LogSink {
   int newest_copy_ = 0;
   MonoNs unsynced_since_ = kNever;
   MonoNs retry_at_ = kNever;
-  MonoNs next_deletion_ = 0;
-  std::map<std::string, std::int64_t> last_utimes_;  // of the logs that may have expired
+  MonoNs next_tending_ = 0;
+  ClosedLogs closed_logs_;
   LogWriterStatus status_;
 };
 

@@ -15,6 +15,7 @@
 #include "tests/support/fake_clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/log/log_event.h"
+#include "tools/log/log_name.h"
 #include "tools/recorder/recorder_fixture.h"
 
 namespace axlecast {

@@ -79,6 +79,11 @@ const alarm_t& RecordingAlarms::Make(const RecordingStatus& status, MonoNs now, 
   alarms_.Set(kDiskFails, status.disk.state == DiskState::kFailed, utime, status.disk.damaged);
   alarms_.Set(kMessagesLost, missing > missing_before_, utime, missing > 0);
   missing_before_ = missing;
+  const ClosedLogsStatus& closed = status.disk.closed;
+  alarms_.Set(kLogsNotShipped, closed.held_logs > 0, utime);
+  alarms_.Set(kLogDeletedUnshipped, closed.deleted_unshipped > deleted_before_, utime,
+              closed.deleted_unshipped > 0);
+  deleted_before_ = closed.deleted_unshipped;
   return alarms_.Make({now, utime});
 }
 

@@ -42,6 +42,7 @@ class RecordingAlarms {
  private:
   ProgramAlarms alarms_;
   std::int64_t missing_before_ = 0;
+  std::int64_t deleted_before_ = 0;
 };
 
 }  // namespace axlecast

@@ -232,6 +232,20 @@ TEST_F(RecordingAlarmsTest, LossesAreLiveWhileTheyGrowAndStay) {
   EXPECT_THAT(Alarms(), ElementsAre("messages_lost latched")) << "the gaps of those drops";
 }
 
+TEST_F(RecordingAlarmsTest, LogsThatWaitForTheShipper) {
+  status_.disk.closed.held_logs = 2;
+  EXPECT_THAT(Alarms(), ElementsAre("logs_not_shipped live"));
+  status_.disk.closed.deleted_unshipped = 1;
+  EXPECT_THAT(Alarms(), ElementsAre("log_deleted_unshipped live", "logs_not_shipped live"));
+  status_.disk.closed.held_logs = 0;
+  EXPECT_THAT(Alarms(), ElementsAre("log_deleted_unshipped latched"));
+  const alarm_t& message = alarms_.Make(status_, kSecond, 2);
+  EXPECT_EQ(message.entries.at(0).severity, alarm_entry_t::SEVERITY_ERROR);
+  EXPECT_EQ(message.entries.at(0).code, 404);
+  status_.disk.closed.deleted_unshipped = 2;
+  EXPECT_THAT(Alarms(), ElementsAre("log_deleted_unshipped live"));
+}
+
 }  // namespace
 
 }  // namespace axlecast

@@ -109,6 +109,8 @@ void RecordingSession::Record(MessageBatch& batch, std::int64_t maximum) {
 
 void RecordingSession::Finish(MessageBatch& batch) {
   std::int64_t unwritten = 0;
+  // The waiting messages are written if a disk that was blocked has space again.
+  writer_.Retry();
   // The receiving thread ends first. Its last messages are written if the disk is not blocked.
   std::array<pollfd, 1> files = {{{queue_.FileDescriptor(), POLLIN, 0}}};
   for (bool open = true; open;) {

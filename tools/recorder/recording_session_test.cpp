@@ -290,8 +290,30 @@ TEST_F(BlockedRecordingTest, WhatCameBeforeTheStopIsWrittenIfTheDiskIsFreeThen) 
   }
   session_->Stop();
   const RecordingStatus status = session_->status();
-  EXPECT_EQ(status.messages + status.unwritten, kMessages);
-  EXPECT_THAT(MessagesIn(Log()), SizeIs(static_cast<std::size_t>(status.messages)));
+  EXPECT_EQ(status.messages, kMessages);
+  EXPECT_EQ(status.unwritten, 0);
+  EXPECT_THAT(MessagesIn(Log()), SizeIs(kMessages));
+}
+
+// The queue is bounded, and the writer's memory is not.
+TEST_F(BlockedRecordingTest, MessagesStayInTheQueueWhileTheDiskIsBlocked) {
+  const FileSizeLimit limit(Log().size());
+  session_->Start();
+  EXPECT_TRUE(Waits([&] { return session_->status().receiver.received == kMessages && IsBlocked(); }));
+  EXPECT_LT(session_->status().messages, kMessages / 2);
+  session_->Stop();
+}
+
+TEST_F(RecordingSessionTest, ASingleMessageThatIsLeftIsCounted) {
+  MakeOpen();
+  const FileSizeLimit limit(Log().size());
+  session_->Start();
+  sender_.Send("A", "1");
+  EXPECT_TRUE(Waits([&] { return session_->status().disk.state == DiskState::kFailed; }));
+  sender_.Send("A", "2");
+  EXPECT_TRUE(Waits([&] { return session_->status().receiver.received == 2; }));
+  session_->Stop();
+  EXPECT_EQ(session_->status().unwritten, 2);
 }
 
 }  // namespace

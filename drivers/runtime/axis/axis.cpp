@@ -30,18 +30,13 @@ constexpr std::int64_t kMaxDatum = INT64_C(1) << 60;
 Scale::Scale(const DeviceConfig& device)
     : counts_per_turn_(device.settings->counts_per_turn),
       ratio_num_(device.ratio_num),
-      unit_per_count_(
-          device.per_turn * static_cast<double>(device.ratio_num) /
-          (static_cast<double>(device.ratio_den) * static_cast<double>(device.settings->counts_per_turn))),
+      unit_per_count_(UnitPerCount(device)),
       modulo_(device.modulo),
       unit_per_shaft_turn_(device.per_turn * static_cast<double>(device.ratio_num) /
                            static_cast<double>(device.ratio_den)),
       exact_period_(device.modulo > 0 ? ExactPeriod(device) : 0) {}
 
-double Scale::AngleRad(std::int64_t counts) const {
-  return static_cast<double>(FloorMod(counts, counts_per_turn_)) / static_cast<double>(counts_per_turn_) * 2 *
-         std::numbers::pi;
-}
+double Scale::AngleRad(std::int64_t counts) const { return axlecast::AngleRad(counts, counts_per_turn_); }
 
 double Scale::Value(std::int64_t counts) const {
   if (modulo_ <= 0) return static_cast<double>(counts) * unit_per_count_;

@@ -12,14 +12,6 @@
 
 namespace axlecast {
 
-// Returns the remainder in [0, modulus), also for negative numbers. Numbers near the range need no division.
-[[nodiscard]] constexpr std::int64_t FloorMod(std::int64_t counts, std::int64_t modulus) {
-  if (counts >= 0 && counts < modulus) return counts;
-  if (counts < 0 && counts >= -modulus) return counts + modulus;
-  const std::int64_t rest = counts % modulus;
-  return rest < 0 ? rest + modulus : rest;
-}
-
 // Returns the number congruent to `counts` that is nearest to `centre`: in [centre - modulus/2, centre + modulus/2).
 [[nodiscard]] constexpr std::int64_t Nearest(std::int64_t counts, std::int64_t modulus, std::int64_t centre) {
   const std::int64_t ahead = FloorMod(counts - centre, modulus);

@@ -51,8 +51,9 @@ class LogSelection {
 
   // Returns the damaged bytes within the selected time. Call it after all events were read.
   [[nodiscard]] std::size_t damaged_bytes() const { return DamagedBytes(input_.damage()); }
-  // See MappedFile::Loss.
+  // See OpenedLog::Loss.
   [[nodiscard]] std::string Loss() const { return input_.file().Loss(); }
+  [[nodiscard]] const std::string& damage() const { return input_.file().damage(); }  // OpenedLog
   [[nodiscard]] const std::string& file() const { return file_; }
 
  private:
@@ -104,7 +105,7 @@ class ConversionOutput {
       return Fail(committed.error().text, kExitFailed);
     const std::string loss = log.Loss();
     if (!loss.empty()) std::cerr << loss << '\n';
-    if (log.damaged_bytes() == 0) return loss.empty() ? kExitDone : kExitLosses;
+    if (log.damaged_bytes() == 0) return loss.empty() && log.damage().empty() ? kExitDone : kExitLosses;
     std::cerr << log.file() << ": " << log.damaged_bytes()
               << " bytes are damaged, and their events are missing; axlecast log verify shows where\n";
     return kExitLosses;

@@ -70,7 +70,7 @@ void AddHeaders(const std::vector<Bytes>& logs, LogOutput& out) {
 }
 
 // Prints the damage of each log. Returns the greatest exit code.
-int ReportMerge(const std::vector<MappedFile>& logs, const LogMerge& merge,
+int ReportMerge(const std::vector<OpenedLog>& logs, const LogMerge& merge,
                 const std::vector<std::int64_t>& events) {
   int exit_code = kExitDone;
   for (std::size_t i = 0; i < logs.size(); ++i) {
@@ -101,7 +101,7 @@ int RunLogMerge(const LogMergeOptions& options) {
     return Fail(opened.error().text, kExitBad);
   std::size_t size = 0;
   mode_t mode = 0777;
-  for (const MappedFile& log : logs.files()) {
+  for (const OpenedLog& log : logs.files()) {
     size += log.bytes().size();
     mode &= log.mode();  // the result is readable only by those who may read all logs
   }
@@ -150,11 +150,11 @@ Result<> WriteUndamaged(NewFile& out, Bytes log, const std::vector<LogReader::Da
 }
 
 // Returns an error if the file has changed since it was read.
-Result<> CheckUnchanged(const MappedFile& file) {
+Result<> CheckUnchanged(const OpenedLog& file) {
   if (std::string loss = file.Loss(); !loss.empty()) return Failure(loss);
   std::error_code error;
   const auto size = std::filesystem::file_size(file.path(), error);
-  if (size != file.bytes().size() || error)
+  if (size != file.file_bytes() || error)
     return Failure(file.path() + " is being written: stop its recorder first");
   return {};
 }
@@ -162,7 +162,7 @@ Result<> CheckUnchanged(const MappedFile& file) {
 int RunLogRepair(const LogRepairOptions& options) {
   LogInput input;
   if (!input.Open(options.file)) return kExitBad;
-  const MappedFile& file = input.file();
+  const OpenedLog& file = input.file();
   const Bytes log = input.log();
   input.Read("reading", [](const LogEvent&, std::size_t) { return true; });
   const int exit_code = input.ExitCode();
@@ -172,6 +172,10 @@ int RunLogRepair(const LogRepairOptions& options) {
   if (exit_code == kExitDone && in_place) {
     std::cout << options.file << ": " << input.events() << " events, nothing to repair\n";
     return kExitDone;
+  }
+  if (in_place && file.compressed()) {
+    return Fail(file.path() + " is compressed, and not repaired in place: give the repaired log a name by --output",
+                kExitUsage);
   }
   NewFile out(in_place ? options.file : options.output, in_place ? file.access() : FileAccess{.mode = file.mode()});
   const Result<> written = WriteUndamaged(out, log, input.damage());

@@ -103,8 +103,16 @@ void LogProgress::At(std::size_t position) {
   static_cast<void>(std::fprintf(stderr, "\r%s: %zu %%\x1b[K", activity_, std::min<std::size_t>(percent_, 100)));
 }
 
+OpenedLog OpenLog(const std::string& path) {
+  std::optional<LogProgress> shown;
+  return OpenedLog(path, [&shown](std::size_t done, std::size_t total) {
+    if (!shown) shown.emplace("decompressing", total);
+    shown->At(done);
+  });
+}
+
 bool LogInput::Open(const std::string& path) {
-  file_.emplace(path);
+  file_.emplace(OpenLog(path));
   if (!file_->problem().empty()) std::cerr << file_->problem() << '\n';
   return file_->problem().empty();
 }
@@ -126,11 +134,19 @@ int LogInput::ExitCode() const { return LogExitCode(*file_, events_, damage_); }
 
 Result<> LogFiles::Open(std::span<const std::string> paths) {
   for (const std::string& path : paths) {
-    const MappedFile& file = files_.emplace_back(path);
+    const OpenedLog& file = files_.emplace_back(OpenLog(path));
     if (!file.problem().empty()) return Failure(file.problem());
     bytes_.push_back(file.bytes());
   }
   return {};
+}
+
+std::string LogFiles::Damage() const {
+  std::string text;
+  for (const OpenedLog& file : files_) {
+    if (!file.damage().empty()) text += file.damage() + '\n';
+  }
+  return text;
 }
 
 std::string LogFiles::Loss() const {
@@ -159,14 +175,15 @@ std::size_t DamagedBytes(const std::vector<LogReader::Damage>& damage) {
   return bytes;
 }
 
-int LogExitCode(const MappedFile& file, std::int64_t events, const std::vector<LogReader::Damage>& damage) {
+int LogExitCode(const OpenedLog& file, std::int64_t events, const std::vector<LogReader::Damage>& damage) {
   const std::string loss = file.Loss();
   if (!loss.empty()) std::cerr << loss << '\n';
+  if (!file.damage().empty()) std::cerr << file.damage() << '\n';
   if (events == 0 && !file.bytes().empty()) {
     std::cerr << file.path() << " contains no event of LCM's log format: is it a log?\n";
     return kExitBad;
   }
-  return loss.empty() && damage.empty() ? kExitDone : kExitLosses;
+  return loss.empty() && file.damage().empty() && damage.empty() ? kExitDone : kExitLosses;
 }
 
 Result<MachineConfig> MachineOf(Bytes log, const std::string& file) {

@@ -13,11 +13,11 @@
 #include "core/base/inline_bytes.h"
 #include "core/base/result.h"
 #include "core/config/machine_config.h"
-#include "platform/os/mapped_file.h"
 #include "tools/log/channel_filter.h"
 #include "tools/log/log_event.h"
 #include "tools/log/log_merge.h"
 #include "tools/log/log_reader.h"
+#include "tools/log/opened_log.h"
 
 namespace axlecast {
 
@@ -89,12 +89,15 @@ class LogProgress {
   std::size_t percent_ = 0;
 };
 
+// Opens a log, compressed or not. Shows the progress of the decompression of a large one.
+[[nodiscard]] OpenedLog OpenLog(const std::string& path);
+
 // A log that a command reads from its beginning to its end.
 class LogInput {
  public:
   // Opens the log. If that fails, prints the error and returns false.
   [[nodiscard]] bool Open(const std::string& path);
-  [[nodiscard]] const MappedFile& file() const { return *file_; }
+  [[nodiscard]] const OpenedLog& file() const { return *file_; }
   [[nodiscard]] Bytes log() const { return file_->bytes(); }
 
   // Calls `visit` with each event from the offset `begin` on, and the event's offset, in order, until it returns false.
@@ -110,7 +113,7 @@ class LogInput {
   [[nodiscard]] int ExitCode() const;
 
  private:
-  std::optional<MappedFile> file_;
+  std::optional<OpenedLog> file_;
   std::int64_t events_ = 0;
   std::vector<LogReader::Damage> damage_;
 };
@@ -119,13 +122,15 @@ class LogInput {
 class LogFiles {
  public:
   [[nodiscard]] Result<> Open(std::span<const std::string> paths);
-  [[nodiscard]] const std::vector<MappedFile>& files() const { return files_; }
+  [[nodiscard]] const std::vector<OpenedLog>& files() const { return files_; }
   [[nodiscard]] const std::vector<Bytes>& bytes() const { return bytes_; }
-  // Returns MappedFile::Loss of the first log that has lost a part since it was opened, or an empty text.
+  // Returns OpenedLog::Loss of the first log that has lost a part since it was opened, or an empty text.
   [[nodiscard]] std::string Loss() const;
+  // Returns a line for each compressed log that is damaged (OpenedLog::damage).
+  [[nodiscard]] std::string Damage() const;
 
  private:
-  std::vector<MappedFile> files_;
+  std::vector<OpenedLog> files_;
   std::vector<Bytes> bytes_;
 };
 
@@ -135,7 +140,7 @@ class LogFiles {
 [[nodiscard]] std::size_t DamagedBytes(const std::vector<LogReader::Damage>& damage);
 
 // As LogInput::ExitCode, for a log in which `events` events were found.
-[[nodiscard]] int LogExitCode(const MappedFile& file, std::int64_t events,
+[[nodiscard]] int LogExitCode(const OpenedLog& file, std::int64_t events,
                               const std::vector<LogReader::Damage>& damage);
 
 inline constexpr const char* kLogExitCodes =

@@ -68,6 +68,9 @@ Result<> CheckOptions(const RecordOptions& options, const LogConfig& log, bool n
   if ((log.quota_bytes > 0 || log.keep > 0) && !names_logs) {
     return Failure("--quota and --keep delete only logs with generated names: give a folder instead of a file");
   }
+  if (log.compress && !names_logs) {
+    return Failure("--compress replaces only logs with generated names: give a folder instead of a file");
+  }
   if (!IsName(log.name))
     return Failure("--name '" + log.name + "' is not a name: use 1 to 24 letters, digits, _ and -");
   if (Result<> urls = CheckUrls(options.urls); !urls) return urls;
@@ -110,7 +113,9 @@ RecordingSettings SettingsOf(const LogConfig& log, const LogIdentity& machine, c
   }
   settings.writer.name = log.name;
   settings.writer.sync_interval = log.sync;
-  settings.writer.retention = {log.quota_bytes, log.keep / kMicrosecond};
+  settings.writer.retention.quota_bytes = log.quota_bytes;
+  settings.writer.retention.keep_us = log.keep / kMicrosecond;
+  settings.writer.compress = log.compress;
   return settings;
 }
 
@@ -122,6 +127,10 @@ void PlanLogs(const MachineConfig& machine, const LogIdentity& identity, const s
     RecordingSettings& settings = plan.logs.emplace_back(SettingsOf(log, identity, machine_name));
     settings.writer.folder = plan.folder;
     settings.writer.name = machine.machine + '-' + log.name;
+    if (machine.ship.database.empty()) continue;
+    settings.writer.retention.needs_shipping = true;
+    settings.writer.retention.reserve_bytes = machine.ship.reserve_bytes;
+    settings.writer.retention.reserve_percent = machine.ship.reserve_percent;
   }
 }
 
@@ -226,6 +235,7 @@ void RecordOptions::AddTo(CLI::App& command) {
       ->transform(seconds())
       ->check(CLI::Range(0.0, 6.3e9))
       ->type_name("TIME");
+  command.add_flag("--compress", log.compress, "Compress each closed log of the folder into NAME_*.lcm.zst (zstd)");
   command.add_flag("--append", append, "Continue FILE; a torn end is removed first");
   command
       .add_option("--fsync", sync_ms,
@@ -297,7 +307,7 @@ Result<RecordPlan> MakeRecordPlan(const RecordOptions& options, const std::optio
   return plan;
 }
 
-std::string RecordStatusLine(const recorder_health_t& health) {
+std::string RecordStatusLine(const recorder_health_t& health, const ClosedLogsStatus& closed) {
   std::string line = StateText(health.state);
   line += Decimal(static_cast<double>(health.messages_hz), 0) + " messages/s  ";
   line += ByteText(static_cast<double>(health.bytes_hz)) + "/s  ";
@@ -309,6 +319,11 @@ std::string RecordStatusLine(const recorder_health_t& health) {
     line +=
         " (" + DurationText(static_cast<double>(health.free_bytes) / static_cast<double>(health.bytes_hz)) + ')';
   }
+  if (closed.held_logs > 0) {
+    line += "  NOT SHIPPED " + Count(closed.held_logs, closed.held_logs == 1 ? "log, " : "logs, ") +
+            ByteText(static_cast<double>(closed.held_bytes));
+  }
+  if (closed.deleted_unshipped > 0) line += "  DELETED UNSHIPPED " + std::to_string(closed.deleted_unshipped);
   return line;
 }
 
@@ -317,6 +332,10 @@ std::string RecordSummary(const RecordingStatus& status) {
                      (status.disk.file.empty() ? "" : ", last in " + status.disk.file) + '\n';
   if (!status.failure.empty()) text += "ended early: " + status.failure + '\n';
   if (status.disk.damaged || status.unwritten > 0) text += status.disk.last_error + '\n';
+  if (status.disk.closed.deleted_unshipped > 0) {
+    text += "the disk was nearly full: " + Count(status.disk.closed.deleted_unshipped,
+                                                 "logs were deleted before they were shipped (holes.jsonl)\n");
+  }
   if (status.early > 0) {
     text += "the pre-trigger memory was full: " + Count(status.early, "messages were removed early\n");
   }

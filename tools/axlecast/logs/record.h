@@ -47,8 +47,9 @@ struct RecordPlan {
 [[nodiscard]] Result<RecordPlan> MakeRecordPlan(const RecordOptions& options,
                                                 const std::optional<MachineConfig>& machine);
 
-// Returns the state of a recording in one line: rate, size, losses, free space and the time until the disk is full.
-[[nodiscard]] std::string RecordStatusLine(const recorder_health_t& health);
+// Returns the state of a recording in one line: rate, size, losses, free space, the time until the disk is full, and closed logs that
+// wait for the shipper.
+[[nodiscard]] std::string RecordStatusLine(const recorder_health_t& health, const ClosedLogsStatus& closed);
 
 // Returns the result of a recording as several lines.
 [[nodiscard]] std::string RecordSummary(const RecordingStatus& status);

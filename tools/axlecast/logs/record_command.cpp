@@ -25,6 +25,8 @@
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/record.h"
+#include "tools/log/compressed_log.h"
+#include "tools/log/log_name.h"
 #include "tools/recorder/recording_health.h"
 #include "tools/recorder/recording_session.h"
 
@@ -45,6 +47,12 @@ struct LogRecording {
     if (access(file.c_str(), F_OK) != 0) return {};  // a new file
     const MappedFile log(file);
     if (!log.problem().empty()) return Failure(log.problem());
+    if (IsCompressed(log.bytes()) || file.ends_with(kCompressedEnding)) {
+      return Failure(
+          file +
+          ": is compressed, and cannot be continued; choose another name, or decompress it first: zstd -d '" +
+          file + "'");
+    }
     const LogTail tail = FindTail(log.bytes());
     if (std::string loss = log.Loss(); !loss.empty()) return Failure(loss);
     if (!log.bytes().empty() && tail.size == 0) {
@@ -177,7 +185,8 @@ class RecordRun {
     std::vector<std::string> errors;
     for (LogRecording& log : logs_) {
       const recorder_health_t health = log.PublishHealth(health_port_, stopping, errors);
-      lines += (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health);
+      lines +=
+          (lines.empty() ? "" : "\n") + Title(log) + RecordStatusLine(health, log.session.status().disk.closed);
     }
     // All logs receive from the same URLs.
     const std::string network = logs_.front().session.status().receiver.network;

@@ -93,6 +93,7 @@ class MachinesLogs : public ::testing::Test {
     faults.trigger = "x";
     faults.pre_trigger = 5 * kSecond;
     faults.sync = 0;
+    faults.compress = true;
     machine_.recorder.logs = {events, faults};
   }
   MachineConfig machine_;
@@ -111,8 +112,21 @@ TEST_F(MachinesLogs, AreWrittenWhereNoFileIsNamed) {
   EXPECT_EQ(events.recorder.split_time, 86'400 * kSecond);
   EXPECT_THAT(events.urls, ElementsAre(HasSubstr(":7667"), HasSubstr(":7668")));
   EXPECT_EQ(plan.logs[1].writer.sync_interval, 0);
+  EXPECT_TRUE(plan.logs[1].writer.compress);
+  EXPECT_FALSE(events.writer.compress);
+  EXPECT_FALSE(events.writer.retention.needs_shipping);
   EXPECT_EQ(plan.logs[1].recorder.pre_trigger->before, 5 * kSecond);
   EXPECT_EQ(Plan({"--json"}, machine_).logs.size(), 2U);
+}
+
+TEST_F(MachinesLogs, WaitForTheShipperIfThereIsOne) {
+  EXPECT_FALSE(Plan({}, machine_).logs[0].writer.retention.needs_shipping);
+  machine_.ship.database = "host=db1";
+  const Retention retention = Plan({}, machine_).logs[0].writer.retention;
+  EXPECT_TRUE(retention.needs_shipping);
+  EXPECT_EQ(retention.reserve_percent, 5);
+  EXPECT_FALSE(Plan({"."}, machine_).logs[0].writer.retention.needs_shipping)
+      << "a recording by hand is not shipped";
 }
 
 TEST_F(MachinesLogs, AreNotThoseOfTheCommandLine) {
@@ -120,6 +134,7 @@ TEST_F(MachinesLogs, AreNotThoseOfTheCommandLine) {
   EXPECT_EQ(plan.folder, "");
   EXPECT_EQ(plan.logs.at(0).writer.name, "press3");
   EXPECT_EQ(plan.logs.at(0).writer.retention.keep_us, 0);
+  EXPECT_TRUE(Plan({".", "--compress"}, machine_).logs.at(0).writer.compress);
   EXPECT_EQ(Plan({"--url", "udpm://239.255.76.67:7700"}, machine_).folder, "");
   EXPECT_THAT(ErrorOf({"--channel", "x"}, machine_), HasSubstr("--channel needs a FILE"));
   EXPECT_THAT(ErrorOf({"--trigger", "x", "--json"}, machine_), HasSubstr("--trigger needs a FILE"));
@@ -131,6 +146,7 @@ TEST(MakeRecordPlan, RefusesWhatContradictsItself) {
   EXPECT_THAT(ErrorOf({"a.lcm", "--quota", "1GB"}), HasSubstr("give a folder"));
   EXPECT_THAT(ErrorOf({"--quota", "1GB", "--split-size", "600MB"}), HasSubstr("--split-size: is at most half"));
   EXPECT_THAT(ErrorOf({"a.lcm", "--keep", "1d"}), HasSubstr("give a folder"));
+  EXPECT_THAT(ErrorOf({"a.lcm", "--compress"}), HasSubstr("--compress replaces only logs with generated names"));
   EXPECT_THAT(ErrorOf({"--url", "file:///tmp/a.lcm?mode=r"}), HasSubstr("axlecast replay"));
   EXPECT_THAT(ErrorOf({"--url", "memq://"}), HasSubstr("does not leave its process"));
   EXPECT_THAT(ErrorOf({"--split-size", "1kB"}), HasSubstr("at least"));

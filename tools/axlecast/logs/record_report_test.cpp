@@ -64,14 +64,28 @@ TEST(RecordReport, TheStatusLineTellsHowLongTheDiskLasts) {
   health.messages = 40'000;
   health.total_bytes = 12'300'000;
   health.free_bytes = 12'000'000'000;
-  EXPECT_EQ(RecordStatusLine(health),
+  EXPECT_EQ(RecordStatusLine(health, {}),
             "19600 messages/s  1.0 MB/s  40000 messages, 12.3 MB  lost 0  free 12.0 GB (3.3 h)");
   health.state = recorder_health_t::STATE_DISK_FULL;
   health.kernel_dropped = 3;
-  EXPECT_THAT(RecordStatusLine(health), HasSubstr("DISK FULL"));
-  EXPECT_THAT(RecordStatusLine(health), HasSubstr("(kernel 3)"));
+  EXPECT_THAT(RecordStatusLine(health, {}), HasSubstr("DISK FULL"));
+  EXPECT_THAT(RecordStatusLine(health, {}), HasSubstr("(kernel 3)"));
   health.bytes_hz = 0;
-  EXPECT_THAT(RecordStatusLine(health), Not(HasSubstr("(3")));
+  EXPECT_THAT(RecordStatusLine(health, {}), Not(HasSubstr("(3")));
+}
+
+TEST(RecordReport, LogsThatAreNotShippedAreShown) {
+  const recorder_health_t health{};
+  EXPECT_THAT(RecordStatusLine(health, {}), Not(HasSubstr("SHIPPED")));
+  EXPECT_THAT(RecordStatusLine(health, {.held_logs = 1, .held_bytes = 2'000'000}),
+              HasSubstr("  NOT SHIPPED 1 log, 2.0 MB"));
+  EXPECT_THAT(RecordStatusLine(health, {.held_logs = 3, .held_bytes = 7, .deleted_unshipped = 2}),
+              HasSubstr("  NOT SHIPPED 3 logs, 7 B  DELETED UNSHIPPED 2"));
+  RecordingStatus status;
+  EXPECT_THAT(RecordSummary(status), Not(HasSubstr("nearly full")));
+  status.disk.closed.deleted_unshipped = 2;
+  EXPECT_THAT(RecordSummary(status),
+              HasSubstr("the disk was nearly full: 2 logs were deleted before they were shipped"));
 }
 
 }  // namespace

@@ -255,6 +255,7 @@ int RunReplay(ReplayOptions options) {
   if (!lcm) return exit_code;
   LogFiles logs;
   if (const Result<> opened = logs.Open(options.logs); !opened) return Fail(opened.error().text, kExitBad);
+  std::cerr << logs.Damage();
   if (const Result<> parsed = options.time.Parse(logs.bytes()); !parsed)
     return Fail(parsed.error().text, kExitUsage);
   options.range.from = options.time.from;
@@ -273,7 +274,8 @@ int RunReplay(ReplayOptions options) {
   const ReplayRange range = FindRange(logs.bytes(), options.range);
   Replay replay(logs.bytes(), range, *channels, options.replay, SystemClock().Now());
   const ReplayOutcome outcome = ReplayRun(replay, logs, data, commands, shows).Run();
-  return Finish(replay, outcome, options.json);
+  const int result = Finish(replay, outcome, options.json);
+  return result == kExitDone && !logs.Damage().empty() ? kExitLosses : result;
 }
 
 void AddRangeOptions(CLI::App& command, ReplayOptions& options) {

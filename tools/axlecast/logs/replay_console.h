@@ -60,7 +60,7 @@ inline constexpr const char* kReplayKeysHelp =
 // The result of a replay.
 struct ReplayOutcome {
   bool stopped = false;     // before the end, by the operator or because of `loss`
-  std::string loss = {};    // the part of the logs that was lost during the replay (MappedFile::Loss)
+  std::string loss = {};    // the part of the logs that was lost during the replay (OpenedLog::Loss)
   std::int64_t unsent = 0;  // messages that LCM did not accept
   double seconds = 0;       // duration
   double late_p50_us = 0;   // time of publishing minus due time

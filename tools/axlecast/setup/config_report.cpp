@@ -188,7 +188,7 @@ void AddLogWarning(const MachineConfig& machine, const LogConfig& log, std::vect
   const std::optional<MonoNs> lasts = QuotaLasts(machine, log);
   if (!lasts || log.keep == 0 || *lasts >= log.keep) return;
   const double needed =
-      LogBytesPerSecond(machine, log) * static_cast<double>(log.keep) / static_cast<double>(kSecond);
+      static_cast<double>(log.quota_bytes) * static_cast<double>(log.keep) / static_cast<double>(*lasts);
   warnings.push_back("recorder log " + log.name + ": its quota of " + FormatSize(log.quota_bytes) + " lasts " +
                      DurationText(*lasts) + " at the rates of this file, less than keep: " + FormatTime(log.keep) +
                      Text("; that needs about %.0f GB, or a lower publish_hz", std::ceil(needed / kGigabyte)));
@@ -204,6 +204,7 @@ std::string LogText(const MachineConfig& machine, const LogConfig& log) {
   if (log.quota_bytes > 0) text += ", at most " + std::to_string(log.quota_bytes >> 20) + " MB";
   if (log.keep == 0 && log.quota_bytes == 0) text += ", never deleted";
   const double rate = LogBytesPerSecond(machine, log);
+  if (log.compress) text += Text(", compressed to about 1/%.2g", kCompressionFactor);
   text += Text(", about %.3g kB/s%s", rate / 1e3, log.trigger.empty() ? "" : " while it records");
   if (const auto lasts = QuotaLasts(machine, log)) text += ": the quota lasts " + DurationText(*lasts);
   return text + '\n';
@@ -227,17 +228,42 @@ Json RecorderJson(const MachineConfig& machine) {
                             {"trigger", log.trigger},
                             {"keep_s", static_cast<double>(log.keep) / 1e9},
                             {"quota_bytes", log.quota_bytes},
+                            {"compress", log.compress},
                             {"bytes_per_s", std::llround(LogBytesPerSecond(machine, log))},
                             {"quota_lasts_s", lasts ? Json(*lasts / kSecond) : Json()}});
   }
   return json;
 }
 
+std::string MqttTopics(const MachineConfig& machine) {
+  const MqttConfig& mqtt = machine.mqtt;
+  if (!mqtt.sparkplug) return mqtt.prefix + '/' + machine.machine;
+  const std::string& node = mqtt.sparkplug->node.empty() ? machine.machine : mqtt.sparkplug->node;
+  return "spBv1.0/" + mqtt.sparkplug->group + "/+/" + node;
+}
+
 std::string MqttText(const MachineConfig& machine) {
   const MqttConfig& mqtt = machine.mqtt;
   if (mqtt.host.empty()) return "";
-  return "mqtt, to " + BrokerText(mqtt) + (mqtt.tls ? " with TLS" : " without TLS") + ", topics " + mqtt.prefix +
-         '/' + machine.machine + "/...\n";
+  return "mqtt, to " + BrokerText(mqtt) + (mqtt.tls ? " with TLS" : " without TLS") + ", topics " +
+         MqttTopics(machine) + "/...\n";
+}
+
+std::string ShipText(const MachineConfig& machine) {
+  const ShipConfig& ship = machine.ship;
+  if (ship.database.empty()) return "";
+  std::string text = "ship, to " + ship.database + ", " + (ship.newest_first ? "newest" : "oldest") + " logs first";
+  if (ship.bandwidth > 0) text += ", waiting logs at " + FormatSize(ship.bandwidth) + " a second";
+  if (!ship.metrics.empty()) text += ", metrics on " + ship.metrics;
+  return text + '\n';
+}
+
+Json ShipJson(const MachineConfig& machine) {
+  const ShipConfig& ship = machine.ship;
+  if (ship.database.empty()) return nullptr;
+  return {{"database", ship.database},
+          {"order", ship.newest_first ? "newest_first" : "oldest_first"},
+          {"bandwidth", ship.bandwidth}};
 }
 
 std::string TimeText(const MachineConfig& machine) {
@@ -255,8 +281,7 @@ Json TimeJson(const MachineConfig& machine) {
 Json MqttJson(const MachineConfig& machine) {
   const MqttConfig& mqtt = machine.mqtt;
   if (mqtt.host.empty()) return nullptr;
-  return {
-      {"broker", BrokerText(mqtt)}, {"tls", mqtt.tls.has_value()}, {"topics", mqtt.prefix + '/' + machine.machine}};
+  return {{"broker", BrokerText(mqtt)}, {"tls", mqtt.tls.has_value()}, {"topics", MqttTopics(machine)}};
 }
 
 std::string PlaceText(const SecretPlace& place) {
@@ -345,7 +370,8 @@ std::string ConfigText(const MachineConfig& machine) {
   for (const std::string& file : IncludedFiles(machine)) text += "    includes " + file + '\n';
   for (const BusConfig& bus : machine.buses) text += BusText(bus);
   text += Text("%.0f POSITION and MOTOR messages a second at most\n", MessageRate(machine));
-  return text + RecorderText(machine) + MqttText(machine) + TimeText(machine) + KeysText(machine);
+  return text + RecorderText(machine) + MqttText(machine) + ShipText(machine) + TimeText(machine) +
+         KeysText(machine);
 }
 
 Json ConfigJson(const std::string& file, const MachineConfig* machine, const ConfigErrors& errors) {
@@ -365,6 +391,7 @@ Json ConfigJson(const std::string& file, const MachineConfig* machine, const Con
   for (const BusConfig& bus : machine->buses) json["buses"].push_back(BusJson(bus));
   json["recorder"] = RecorderJson(*machine);
   json["mqtt"] = MqttJson(*machine);
+  json["ship"] = ShipJson(*machine);
   json["time"] = TimeJson(*machine);
   json["bridge"] = KeysJson(*machine);
   return json;

@@ -125,10 +125,16 @@ double LogBytesPerSecond(const MachineConfig& machine, const LogConfig& log) {
   return growth.bytes() + kHealthHz * seal;
 }
 
+double QuotaHolds(const LogConfig& log) {
+  const auto quota = static_cast<double>(log.quota_bytes);
+  if (!log.compress) return quota;
+  const auto open = static_cast<double>(SplitBytes(log));  // not compressed yet
+  return open + (quota - open) * kCompressionFactor;
+}
+
 std::optional<MonoNs> QuotaLasts(const MachineConfig& machine, const LogConfig& log) {
   if (log.quota_bytes == 0 || !log.trigger.empty()) return std::nullopt;
-  const double rate = LogBytesPerSecond(machine, log);
-  return static_cast<MonoNs>(static_cast<double>(log.quota_bytes) / rate * static_cast<double>(kSecond));
+  return static_cast<MonoNs>(QuotaHolds(log) / LogBytesPerSecond(machine, log) * static_cast<double>(kSecond));
 }
 
 }  // namespace axlecast

@@ -84,6 +84,14 @@ TEST(QuotaLasts, IsTheQuotaDividedByTheRate) {
   EXPECT_NEAR(seconds, 1'073'741'824 / (250 * PositionRecord("POSITION/a") + kSeal), 1);
 }
 
+TEST(QuotaLasts, IsLongerIfClosedLogsAreCompressed) {
+  const MachineConfig plain = Machine("p: {channels: '^POSITION/', quota: 1GB}");
+  const MachineConfig compressed = Machine("p: {channels: '^POSITION/', quota: 1GB, compress: true}");
+  const auto factor = static_cast<double>(*QuotaLasts(compressed, compressed.recorder.logs.at(0))) /
+                      static_cast<double>(*QuotaLasts(plain, plain.recorder.logs.at(0)));
+  EXPECT_NEAR(factor, 1.0 / 8 + 3.7 * 7 / 8, 0.001) << "the log that is written is an eighth, and not compressed";
+}
+
 TEST(QuotaLasts, IsUnknownWithoutAQuotaAndAroundATrigger) {
   const MachineConfig unlimited = Machine("p: {channels: '^POSITION/'}");
   EXPECT_FALSE(QuotaLasts(unlimited, unlimited.recorder.logs.at(0)));
@@ -104,12 +112,18 @@ TEST(ConfigWarnings, AQuotaThatLastsLessThanTheTimeForWhichALogIsKept) {
                 "recorder log p: its quota of 20GB lasts 5 days at the rates of this file, less than keep: 2w; "
                 "that needs about 57 GB, or a lower publish_hz"});
   EXPECT_TRUE(LogWarnings(Machine("p: {keep: 1d, quota: 20GB}")).empty());
+  EXPECT_TRUE(LogWarnings(Machine("p: {keep: 14d, quota: 20GB, compress: true}")).empty());
+  EXPECT_EQ(LogWarnings(Machine("p: {keep: 14d, quota: 10GB, compress: true}")).size(), 1U);
   EXPECT_TRUE(LogWarnings(Machine("p: {keep: 14d}")).empty());
 }
 
 TEST(ConfigText, StatesForHowLongAQuotaLasts) {
   const std::string text = ConfigText(Machine("p: {channels: '^POSITION/', quota: 20GB}"));
   EXPECT_NE(text.find("about 47.8 kB/s: the quota lasts 5 days\n"), std::string::npos) << text;
+  const std::string compressed = ConfigText(Machine("p: {channels: '^POSITION/', quota: 20GB, compress: true}"));
+  EXPECT_NE(compressed.find(", compressed to about 1/3.7, about 47.8 kB/s: the quota lasts 17 days\n"),
+            std::string::npos)
+      << compressed;
 }
 
 }  // namespace
