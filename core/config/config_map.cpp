@@ -437,4 +437,18 @@ SecretPlace LoadPlace(ConfigMap& map, const std::string& example) {
   return place;
 }
 
+SecretPlace LoadSecret(ConfigMap& map, const std::string& key, const std::string& example) {
+  if (!map.Has(key)) return {};
+  const std::string rule = "names no place: {file: " + example + "} or {credential: NAME}";
+  if (!map.node()[key].IsMap()) {
+    map.Error(key, rule);
+    return {};
+  }
+  ConfigMap keys = map.Map(key);
+  SecretPlace place = LoadPlace(keys, example);
+  if (place.empty()) map.Error(key, rule);
+  keys.Done();
+  return place;
+}
+
 }  // namespace axlecast

@@ -174,4 +174,8 @@ class ConfigMap {
 // the message.
 [[nodiscard]] SecretPlace LoadPlace(ConfigMap& map, const std::string& example);
 
+// The place of a secret at `key`, a mapping as LoadPlace reads it; an empty one when the key is absent. A secret in the file itself
+// is refused, and the error does not repeat it.
+[[nodiscard]] SecretPlace LoadSecret(ConfigMap& map, const std::string& key, const std::string& example);
+
 }  // namespace axlecast

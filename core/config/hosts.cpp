@@ -27,6 +27,7 @@ HostConfig LoadHost(const std::string& name, ConfigMap& map) {
   host.bridge = map.Bool("bridge", false);
   host.recorder = map.Bool("recorder", false);
   host.mqtt = map.Bool("mqtt", false);
+  host.ship = map.Bool("ship", false);
   host.sets = map.Bool("sets", false);
   map.Done();
   return host;
@@ -72,6 +73,15 @@ void CheckHosts(ConfigMap& root, const MachineConfig& machine) {
         "hosts",
         "`mqtt` has a broker: exactly one host needs `mqtt: true`, because two would publish everything twice");
   }
+  if (!machine.ship.database.empty() && CountOf(hosts, &HostConfig::ship) != 1) {
+    root.Error("hosts",
+               "`ship` has a database: exactly one host needs `ship: true`, because a second one would take the "
+               "machine over from it");
+  }
+  for (const HostConfig& host : hosts) {
+    if (!host.ship || host.recorder) continue;
+    root.Error("hosts", Quoted(host.name) + " has `ship: true` without `recorder: true`: it ships its own logs");
+  }
   if (CountOf(hosts, &HostConfig::sets) > 1) {
     root.Error("hosts", "at most one host has `sets: true`, because two would publish every set twice");
   }
@@ -107,6 +117,7 @@ Result<MachineConfig> PartOn(const MachineConfig& machine, std::string_view host
   part.runs_bridge = here->bridge;
   if (!here->recorder) part.recorder.logs.clear();
   if (!here->mqtt) part.mqtt.host.clear();
+  if (!here->ship) part.ship.database.clear();
   const bool named = CountOf(machine.hosts, &HostConfig::sets) > 0;
   if (named ? !here->sets : !here->bridge) part.sets.clear();
   std::erase_if(part.buses, [&](const BusConfig& bus) { return HostOfBus(machine.hosts, bus.name)->name != host; });

@@ -57,6 +57,10 @@ class MachineLoader {
     machine_.recorder = LoadRecorder(root.Map("recorder"));
     machine_.web = LoadWeb(root.Map("web"));
     machine_.mqtt = LoadMqtt(root.Map("mqtt"), DeviceNames());
+    machine_.ship = LoadShip(root.Map("ship"));
+    if (!machine_.ship.database.empty() && machine_.recorder.logs.empty()) {
+      root.Error("ship", "sends the logs of the recorder to a database: name at least one log below `recorder`");
+    }
     machine_.time = LoadTime(root.Map("time"));
     if (only_bus_.empty()) {
       machine_.sets = LoadSets(root, machine_);

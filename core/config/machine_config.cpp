@@ -95,6 +95,11 @@ const KeyGrant* BridgeConfig::FindKey(std::int64_t id) const {
   return found == keys.end() ? nullptr : &*found;
 }
 
+double UnitPerCount(const DeviceConfig& device) {
+  return device.per_turn * static_cast<double>(device.ratio_num) /
+         (static_cast<double>(device.ratio_den) * static_cast<double>(device.settings->counts_per_turn));
+}
+
 double MessageRate(const BusConfig& bus, const DeviceConfig& device) {
   constexpr auto kPerSecond = static_cast<double>(kSecond);
   // As it sends by itself, as it is asked, or as fast as the bus allows.

@@ -9,6 +9,7 @@
 #include "core/base/spelling.h"
 #include "core/command/keys.h"
 #include "core/config/service_config.h"
+#include "core/config/ship_config.h"
 #include "core/device/family.h"
 
 namespace axlecast {
@@ -112,6 +113,7 @@ struct HostConfig {
   bool bridge = false;
   bool recorder = false;
   bool mqtt = false;
+  bool ship = false;
   bool sets = false;
 };
 
@@ -133,6 +135,7 @@ struct MachineConfig {
   RecorderConfig recorder;
   WebConfig web;
   MqttConfig mqtt;
+  ShipConfig ship;
   TimeConfig time;
   std::vector<SetConfig> sets;
   std::vector<HostConfig> hosts;  // empty: everything runs on one host
@@ -157,6 +160,9 @@ struct MachineConfig {
 // Returns the folder of the recorder's logs: the configured folder, else $LOGS_DIRECTORY (systemd.exec(5)) and /<machine>, else log
 // in StateDirectory.
 [[nodiscard]] std::string LogDirectory(const MachineConfig& machine);
+
+// Returns the value of one count in the unit of the axis, without `modulo`: per_turn x num / (den x counts per turn).
+[[nodiscard]] double UnitPerCount(const DeviceConfig& device);
 
 // Returns the POSITION or MOTOR messages per second of a device of the bus: at most publish_hz, and no more often than it is read.
 [[nodiscard]] double MessageRate(const BusConfig& bus, const DeviceConfig& device);

@@ -7,6 +7,7 @@
 
 #include "core/base/expression.h"
 #include "core/base/spelling.h"
+#include "core/base/text.h"
 #include "core/config/config_map.h"
 
 namespace axlecast {
@@ -37,6 +38,7 @@ LogConfig LoadLog(const std::string& name, ConfigMap& map) {
   log.split_time = map.Time("split_time", log.split_time);
   log.quota_bytes = map.Size("quota", log.quota_bytes);
   log.keep = map.Time("keep", log.keep);
+  log.compress = map.Bool("compress", log.compress);
   log.sync =
       map.Integer("fsync_ms", log.sync / kMillisecond, 0, 3'600'000, "ms (0: after every write)") * kMillisecond;
   log.buffer_bytes = map.Size("buffer", log.buffer_bytes);
@@ -53,12 +55,6 @@ constexpr std::size_t kLongestHost = 253;     // of a name in DNS
 constexpr std::size_t kLongestClientId = 64;  // MQTT 3.1.1 asks brokers for 23 only; the usual ones take more
 constexpr double kMaxDeadband = 1e12;
 
-bool IsIpAddress(const std::string& text) {
-  in_addr v4{};
-  in6_addr v6{};
-  return inet_pton(AF_INET, text.c_str(), &v4) == 1 || inet_pton(AF_INET6, text.c_str(), &v6) == 1;
-}
-
 bool IsPlain(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < '\x7F'; });
 }
@@ -70,18 +66,10 @@ bool IsTopic(std::string_view text) {
          text.find_first_of("+#") == std::string_view::npos;
 }
 
-// Reads the place of the password. A password in the file itself is refused, and the error does not repeat it.
-SecretPlace LoadPassword(ConfigMap& map) {
-  constexpr const char* kRule = "names no place: {file: /etc/axlecast/mqtt.password} or {credential: NAME}";
-  if (!map.node()["password"].IsMap()) {
-    map.Error("password", kRule);
-    return {};
-  }
-  ConfigMap keys = map.Map("password");
-  SecretPlace place = LoadPlace(keys, "/etc/axlecast/mqtt.password");
-  if (place.empty()) map.Error("password", kRule);
-  keys.Done();
-  return place;
+// A level of a Sparkplug topic.
+bool IsSparkplugId(std::string_view text) {
+  return !text.empty() && text.size() <= kLongestPrefix && !FindUnsafe(text, 0, TextShape::kOneLine) &&
+         text.find_first_of("+#/") == std::string_view::npos;
 }
 
 // Reads a pace; `pace` contains the defaults.
@@ -118,6 +106,23 @@ void LoadTls(ConfigMap map, MqttConfig& mqtt) {
 void LoadQueue(ConfigMap map, MqttConfig& mqtt) {
   mqtt.queue_messages = map.Integer("messages", mqtt.queue_messages, kMinQueueMessages, 10'000'000, "messages");
   mqtt.queue_bytes = map.Size("size", mqtt.queue_bytes);
+  map.Done();
+}
+
+void LoadSparkplug(ConfigMap map, MqttConfig& mqtt) {
+  SparkplugConfig& sparkplug = mqtt.sparkplug.emplace();
+  map.MarkRequired("group");
+  sparkplug.group = map.String("group", "");
+  sparkplug.node = map.String("node", "");
+  sparkplug.primary_host = map.String("primary_host", "");
+  ConfigMap outbox = map.Map("outbox");
+  sparkplug.directory = outbox.File("directory", "/var/lib/axlecast-mqtt");
+  sparkplug.outbox_bytes = outbox.Size("size", sparkplug.outbox_bytes);
+  sparkplug.sync =
+      outbox.Integer("fsync_ms", sparkplug.sync / kMillisecond, 0, 3'600'000, "ms (0: after every write)") *
+      kMillisecond;
+  sparkplug.repeat = outbox.Time("repeat", sparkplug.repeat);
+  outbox.Done();
   map.Done();
 }
 
@@ -180,6 +185,13 @@ RecorderConfig LoadRecorder(ConfigMap map) {
   return recorder;
 }
 
+bool IsIpAddress(const std::string& text) {
+  if (text.find('\0') != std::string::npos) return false;  // inet_pton would read only what is before it
+  in_addr v4{};
+  in6_addr v6{};
+  return inet_pton(AF_INET, text.c_str(), &v4) == 1 || inet_pton(AF_INET6, text.c_str(), &v6) == 1;
+}
+
 bool IsLoopback(const std::string& address) {
   in_addr v4{};
   in6_addr v6{};
@@ -209,6 +221,17 @@ std::vector<ConfigFault> FaultsOf(const WebConfig& web) {
   return faults;
 }
 
+namespace {
+
+void LoadFleet(ConfigMap map, WebConfig& web) {
+  web.fleet_database = map.RequiredString("database");
+  web.fleet_password = LoadSecret(map, "password", "/etc/axlecast/fleet.password");
+  web.fleet_password.group_may_read = true;
+  map.Done();
+}
+
+}  // namespace
+
 WebConfig LoadWeb(ConfigMap map) {
   WebConfig web;
   web.bind = map.String("bind", web.bind);
@@ -222,6 +245,7 @@ WebConfig LoadWeb(ConfigMap map) {
     token.Done();
   }
   web.names = map.Strings("names");
+  if (map.Has("fleet")) LoadFleet(map.Map("fleet"), web);
   AddErrors(FaultsOf(web), map);
   map.Done();
   return web;
@@ -246,6 +270,15 @@ std::vector<ConfigFault> FaultsOf(const MqttConfig& mqtt) {
   }
   require(mqtt.queue_messages >= kMinQueueMessages, "queue", "messages is at least 100");
   require(mqtt.queue_bytes >= kMinQueueBytes, "queue", "size is at least 256kB");
+  if (!mqtt.sparkplug) return faults;
+  const SparkplugConfig& sparkplug = *mqtt.sparkplug;
+  const std::string rule = " is 1 to 64 characters without +, # and /";
+  require(IsSparkplugId(sparkplug.group), "sparkplug", ("group" + rule + ", e.g. plant").c_str());
+  require(sparkplug.node.empty() || IsSparkplugId(sparkplug.node), "sparkplug", ("node" + rule).c_str());
+  require(sparkplug.primary_host.empty() || IsSparkplugId(sparkplug.primary_host), "sparkplug",
+          ("primary_host" + rule).c_str());
+  require(sparkplug.outbox_bytes >= kMinOutboxBytes, "sparkplug", "outbox: size is at least 1MB");
+  require(sparkplug.repeat <= 3'600 * kSecond, "sparkplug", "outbox: repeat is at most 1h");
   return faults;
 }
 
@@ -284,10 +317,11 @@ MqttConfig LoadMqtt(ConfigMap map, const std::vector<std::string>& devices) {
   mqtt.prefix = map.String("prefix", mqtt.prefix);
   mqtt.client_id = map.String("client_id", "");
   mqtt.user = map.String("user", "");
-  if (map.Has("password")) mqtt.password = LoadPassword(map);
+  mqtt.password = LoadSecret(map, "password", "/etc/axlecast/mqtt.password");
   if (map.Has("tls")) LoadTls(map.Map("tls"), mqtt);
   LoadPositions(map.Map("positions"), devices, mqtt);
   LoadQueue(map.Map("queue"), mqtt);
+  if (map.Has("sparkplug")) LoadSparkplug(map.Map("sparkplug"), mqtt);
   if (map.given()) AddErrors(FaultsOf(mqtt), map);
   map.Done();
   return mqtt;

@@ -29,6 +29,7 @@ struct LogConfig {
   MonoNs split_time = 0;         // 0: derived from keep
   std::int64_t quota_bytes = 0;  // 0: no limit
   MonoNs keep = 0;               // 0: no limit
+  bool compress = false;         // closed logs become NAME.lcm.zst
   MonoNs sync = 100 * kMillisecond;
   std::int64_t buffer_bytes = 64 << 20;  // of messages that wait for the disk
   std::string trigger;                   // regular expression; empty: records always
@@ -59,7 +60,12 @@ struct WebConfig {
   std::string key = {};                 // PEM file
   SecretPlace token = {};               // empty: everyone who can reach the address may view the page
   std::vector<std::string> names = {};  // under which browsers reach this host, besides its own
+  std::string fleet_database = {};      // libpq's connection string, without a password; empty: no fleet is shown
+  SecretPlace fleet_password = {};
 };
+
+// Returns true for an IPv4 address with four numbers, and for an IPv6 address without brackets.
+[[nodiscard]] bool IsIpAddress(const std::string& text);
 
 // Whether only this host reaches the address.
 [[nodiscard]] bool IsLoopback(const std::string& address);
@@ -86,6 +92,17 @@ struct MqttTls {
   std::string key;          // of that certificate
 };
 
+// Publishing as an edge node of Sparkplug B: docs/sparkplug.md.
+struct SparkplugConfig {
+  std::string group;
+  std::string node;                       // empty: the machine's name
+  std::string primary_host;               // empty: the node waits for no host
+  std::string directory;                  // of the samples that wait; empty: sparkplug in StateDirectory
+  std::int64_t outbox_bytes = 256 << 20;  // of these samples at most
+  MonoNs sync = kSecond;                  // a power failure loses at most the samples of this time
+  MonoNs repeat = 10 * kSecond;           // the last samples of a session that the next one sends again
+};
+
 // Where a machine's messages go by MQTT.
 struct MqttConfig {
   std::string host;       // empty: nowhere
@@ -100,10 +117,12 @@ struct MqttConfig {
   std::map<std::string, PositionPace> devices;  // that have one of their own
   std::int64_t queue_messages = 10'000;         // wait for the broker at most
   std::int64_t queue_bytes = 16 << 20;
+  std::optional<SparkplugConfig> sparkplug;  // in the place of the topics of docs/mqtt.md
 };
 
 inline constexpr std::int64_t kMinQueueMessages = 100;
 inline constexpr std::int64_t kMinQueueBytes = 256 << 10;
+inline constexpr std::int64_t kMinOutboxBytes = 1 << 20;
 
 [[nodiscard]] std::vector<ConfigFault> FaultsOf(const MqttConfig& mqtt);
 [[nodiscard]] std::vector<ConfigFault> FaultsOf(const PositionPace& pace);

@@ -106,6 +106,42 @@ TEST(LoadMqtt, NamesPlaceValueAndWhatIsRight) {
   }
 }
 
+TEST(LoadMqtt, ReadsSparkplug) {
+  EXPECT_FALSE(Mqtt(" {host: b}").sparkplug);
+  const MqttConfig mqtt = Mqtt(" {host: b, sparkplug: {group: plant}}");
+  ASSERT_TRUE(mqtt.sparkplug);
+  EXPECT_EQ(mqtt.sparkplug->node, "") << "the machine's name";
+  EXPECT_EQ(mqtt.sparkplug->outbox_bytes, 256 << 20);
+  const auto all =
+      Mqtt(
+          " {host: b, sparkplug: {group: plant, node: press, primary_host: scada1, outbox: {directory: /var/x, "
+          "size: 2MB, fsync_ms: 50, repeat: 3s}}}")
+          .sparkplug;
+  ASSERT_TRUE(all);
+  EXPECT_EQ(all->group + all->node + all->primary_host + all->directory, "plantpressscada1/var/x");
+  EXPECT_EQ(all->outbox_bytes, 2 << 20);
+  EXPECT_EQ(all->sync, 50 * kMillisecond);
+  EXPECT_EQ(all->repeat, 3 * kSecond);
+}
+
+TEST(LoadMqtt, SparkplugNamesAreLevelsOfTopics) {
+  const auto error = [](const std::string& keys) {
+    ConfigErrors errors("m.yaml");
+    static_cast<void>(Parse(" {host: b, sparkplug: {" + keys + "}}", errors));
+    return errors.Text();
+  };
+  EXPECT_EQ(error("group: 'Werk Süd 3'"), "");
+  EXPECT_THAT(error(""), HasSubstr("group"));
+  for (const char* bad : {"a/b", "a+", "#", "\\x01", "\\x7f"}) {
+    EXPECT_THAT(error(std::string("group: \"") + bad + '"'), HasSubstr("group is 1 to 64")) << bad;
+    EXPECT_THAT(error(std::string("group: g, node: \"") + bad + '"'), HasSubstr("node is 1 to 64")) << bad;
+    EXPECT_THAT(error(std::string("group: g, primary_host: \"") + bad + '"'), HasSubstr("primary_host is")) << bad;
+  }
+  EXPECT_THAT(error("group: " + std::string(65, 'g')), HasSubstr("group is 1 to 64"));
+  EXPECT_THAT(error("group: g, outbox: {size: 500kB}"), HasSubstr("at least 1MB"));
+  EXPECT_THAT(error("group: g, outbox: {repeat: 2h}"), HasSubstr("at most 1h"));
+}
+
 }  // namespace
 
 }  // namespace axlecast

@@ -39,7 +39,8 @@ TEST(LoadRecorder, ReadsEveryKey) {
       "  directory: /var/log/axlecast\n"
       "  logs:\n"
       "    events: {channels: ^POSITION, invert: true, keep: 4y, fsync_ms: 0}\n"
-      "    positions: {channels: ^POSITION, split_size: 1GB, split_time: 6h, quota: 20GB, keep: 2w, buffer: "
+      "    positions: {channels: ^POSITION, split_size: 1GB, split_time: 6h, quota: 20GB, keep: 2w, compress: "
+      "true, buffer: "
       "128MB}\n"
       "    faults: {trigger: 'ALARM/.* battery', pre_trigger: 30s, post_trigger: 1m}");
   EXPECT_EQ(recorder.directory, "/var/log/axlecast");
@@ -51,6 +52,7 @@ TEST(LoadRecorder, ReadsEveryKey) {
   EXPECT_EQ(events.keep, 1'461 * kDay);
   EXPECT_EQ(events.sync, 0);
   EXPECT_EQ(events.quota_bytes, 0);
+  EXPECT_FALSE(events.compress);
   const LogConfig& positions = recorder.logs[1];
   EXPECT_FALSE(positions.invert);
   EXPECT_EQ(positions.split_bytes, 1 << 30);
@@ -58,6 +60,7 @@ TEST(LoadRecorder, ReadsEveryKey) {
   EXPECT_EQ(positions.quota_bytes, std::int64_t{20} << 30);
   EXPECT_EQ(positions.keep, 14 * kDay);
   EXPECT_EQ(positions.sync, 100 * kMillisecond);
+  EXPECT_TRUE(positions.compress);
   EXPECT_EQ(positions.buffer_bytes, 128 << 20);
   const LogConfig& faults = recorder.logs[2];
   EXPECT_EQ(faults.trigger, "ALARM/.* battery");

@@ -36,7 +36,7 @@ TEST(LoadWeb, ReadsEveryKey) {
   ConfigErrors errors("m.yaml");
   const auto machine = Parse(
       "{bind: '::', port: 443, tls_cert: /etc/c.pem, tls_key: /etc/k.pem, token: {file: /etc/t}, names: "
-      "[press3.local]}",
+      "[press3.local], fleet: {database: host=db1 dbname=axlecast, password: {file: /etc/p}}}",
       errors);
   ASSERT_TRUE(machine) << errors.Text();
   const WebConfig& web = machine->web;
@@ -46,6 +46,8 @@ TEST(LoadWeb, ReadsEveryKey) {
   EXPECT_EQ(web.key, "/etc/k.pem");
   EXPECT_EQ(web.token.file, "/etc/t");
   EXPECT_THAT(web.names, ElementsAre("press3.local"));
+  EXPECT_EQ(web.fleet_database, "host=db1 dbname=axlecast");
+  EXPECT_EQ(web.fleet_password.file, "/etc/p");
 }
 
 TEST(LoadWeb, RefusesAnAddressOfOthersWithoutTlsAndToken) {
@@ -60,6 +62,9 @@ TEST(LoadWeb, NamesEachMistake) {
   EXPECT_THAT(Mistake("{tls_key: k.pem, tls_cert: /c}"), HasSubstr("'k.pem' is no absolute path"));
   EXPECT_THAT(Mistake("{port: 0}"), HasSubstr("port"));
   EXPECT_THAT(Mistake("{adress: 127.0.0.1}"), HasSubstr("adress"));
+  EXPECT_THAT(Mistake("{fleet: {}}"), HasSubstr("database"));
+  EXPECT_THAT(Mistake("{fleet: {database: x, password: secret}}"),
+              AllOf(HasSubstr("/etc/axlecast/fleet.password"), Not(HasSubstr("secret"))));
 }
 
 TEST(WebConfig, KnowsWhatOnlyThisHostReaches) {

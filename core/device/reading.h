@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 #include "core/base/time.h"
 
@@ -55,6 +56,20 @@ struct Sample {
   bool warning = false;
   std::int32_t device_status = 0;  // raw
 };
+
+// Returns the remainder in [0, modulus), also for negative numbers. Numbers near the range need no division.
+[[nodiscard]] constexpr std::int64_t FloorMod(std::int64_t counts, std::int64_t modulus) {
+  if (counts >= 0 && counts < modulus) return counts;
+  if (counts < 0 && counts >= -modulus) return counts + modulus;
+  const std::int64_t rest = counts % modulus;
+  return rest < 0 ? rest + modulus : rest;
+}
+
+// Returns the angle of the shaft in [0, 2 pi).
+[[nodiscard]] constexpr double AngleRad(std::int64_t counts, std::int64_t counts_per_turn) {
+  return static_cast<double>(FloorMod(counts, counts_per_turn)) / static_cast<double>(counts_per_turn) * 2 *
+         std::numbers::pi;
+}
 
 // Returns the shaft angle of single-turn counts, in degrees.
 [[nodiscard]] inline double Degrees(std::int64_t counts, int single_turn_bits) {
