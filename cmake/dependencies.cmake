@@ -18,7 +18,9 @@ pkg_check_modules(MOSQUITTO REQUIRED IMPORTED_TARGET libmosquitto)
 pkg_check_modules(SODIUM REQUIRED IMPORTED_TARGET libsodium)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo-png)
 pkg_check_modules(ZLIB REQUIRED IMPORTED_TARGET zlib)
+pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(SQLITE REQUIRED IMPORTED_TARGET sqlite3>=3.37)
+pkg_check_modules(PQ REQUIRED IMPORTED_TARGET libpq>=15)
 
 # Upstream LCM 1.5 ships a CMake package; Debian 12's 1.3.1 ships none, and its pkg-config file asks for GLib's
 # headers, which we do not need.

@@ -3,8 +3,8 @@
 
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libexpected-dev libsystemd-dev libsodium-dev
-  libsqlite3-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
-  zlib1g-dev fonts-inter python3-fonttools python3-brotli
+  libsqlite3-dev libpq-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
+  zlib1g-dev libzstd-dev fonts-inter python3-fonttools python3-brotli
   libgtest-dev libgmock-dev libbenchmark-dev
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"
@@ -16,8 +16,8 @@ packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev 
 # What they start.
 packages_process="libfaketime spin x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  sqlite3 openssl mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
-  mbpoll tshark python3-can python3-jsonschema python3-pandas python3-prometheus-client chromium chromium-driver prometheus nftables
+  sqlite3 zstd openssl postgresql-15 mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
+  mbpoll tshark python3-can python3-jsonschema python3-yaml python3-pandas python3-prometheus-client chromium chromium-driver prometheus nftables
   $packages_vm"
 # What only tools/campaign starts: llvm-cov, and the picture of a soak.
 packages_campaign="llvm-14 gnuplot-nox"
