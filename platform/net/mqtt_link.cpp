@@ -17,7 +17,8 @@
 namespace axlecast {
 namespace {
 
-constexpr int kQos = 1;
+constexpr int kWillQos = 1;
+constexpr int kSubscriptionQos = 1;
 
 struct Destroy {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
@@ -102,12 +103,20 @@ struct MqttLink::Client {
                                       [](mosquitto*, void* self, int id, int code, const mosquitto_property*) {
                                         static_cast<Client*>(self)->OnPublish(id, code);
                                       });
-    mosquitto_disconnect_v5_callback_set(handle.get(),
-                                         [](mosquitto*, void* self, int code, const mosquitto_property*) {
-                                           // Lower codes are of libmosquitto itself, and returned by the call that failed.
-                                           if (code >= MQTT_RC_UNSPECIFIED)
-                                             static_cast<Client*>(self)->link.Down(DisconnectText(code));
-                                         });
+    mosquitto_disconnect_v5_callback_set(
+        handle.get(), [](mosquitto*, void* self, int code, const mosquitto_property*) {
+          // Lower codes are of libmosquitto itself, and returned by the call that failed.
+          if (code >= MQTT_RC_UNSPECIFIED)
+            static_cast<Client*>(self)->link.Down(DisconnectText(code), false, code == MQTT_RC_SESSION_TAKEN_OVER);
+        });
+    mosquitto_subscribe_v5_callback_set(
+        handle.get(), [](mosquitto*, void* self, int id, int count, const int* codes, const mosquitto_property*) {
+          static_cast<Client*>(self)->OnSubscribe(id, count > 0 ? codes[0] : MQTT_RC_UNSPECIFIED);
+        });
+    mosquitto_message_v5_callback_set(
+        handle.get(), [](mosquitto*, void* self, const mosquitto_message* message, const mosquitto_property*) {
+          static_cast<Client*>(self)->OnMessage(*message);
+        });
     mosquitto_log_callback_set(handle.get(), [](mosquitto*, void* self, int level, const char* text) {
       if (level == MOSQ_LOG_ERR) static_cast<Client*>(self)->error = text;
     });
@@ -126,6 +135,20 @@ struct MqttLink::Client {
     const bool refused = code >= MQTT_RC_UNSPECIFIED;
     link.events_.push_back({refused ? BrokerEvent::Kind::kRefused : BrokerEvent::Kind::kTaken, id,
                             refused ? mosquitto_reason_string(code) : ""});
+  }
+
+  // In MQTT 3.1.1 and 5, codes from 128 are refusals; lower ones are the granted QoS.
+  void OnSubscribe(int id, int code) {
+    const bool refused = code >= MQTT_RC_UNSPECIFIED;
+    link.events_.push_back({refused ? BrokerEvent::Kind::kRefused : BrokerEvent::Kind::kTaken, id,
+                            refused ? mosquitto_reason_string(code) : ""});
+  }
+
+  void OnMessage(const mosquitto_message& message) {
+    BrokerEvent event{.kind = BrokerEvent::Kind::kReceived, .topic = message.topic, .retained = message.retain};
+    const auto size = static_cast<std::size_t>(std::max(message.payloadlen, 0));
+    if (size > 0 && size <= kLongestReceived) event.text.assign(static_cast<const char*>(message.payload), size);
+    link.events_.push_back(std::move(event));
   }
 
   MqttLink& link;
@@ -166,7 +189,7 @@ Result<> MqttLink::Prepare(const BrokerMessage& will) {
   if (client == nullptr) return Failure(std::string("libmosquitto: ") + std::strerror(errno));
   const auto text = [](const std::string& word) { return word.empty() ? nullptr : word.c_str(); };
   int result = mosquitto_will_set(client, will.topic.c_str(), static_cast<int>(will.payload.size()),
-                                  will.payload.data(), kQos, will.retain);
+                                  will.payload.data(), kWillQos, will.retain);
   if (result == MOSQ_ERR_SUCCESS && settings_.tls) {
     result = mosquitto_tls_set(client, text(settings_.ca), settings_.ca.empty() ? "/etc/ssl/certs" : nullptr,
                                text(settings_.certificate), text(settings_.key),
@@ -192,8 +215,10 @@ void MqttLink::Drop() {
   down_ = true;
 }
 
-void MqttLink::Disconnect() {
-  if (client_ && !down_) mosquitto_disconnect(client_->handle.get());
+void MqttLink::Disconnect(bool publish_will) {
+  // libmosquitto ignores the reason with MQTT 3.1.1, which has none.
+  const int reason = publish_will ? MQTT_RC_DISCONNECT_WITH_WILL_MSG : MQTT_RC_NORMAL_DISCONNECTION;
+  if (client_ && !down_) mosquitto_disconnect_v5(client_->handle.get(), reason, nullptr);
   Drop();
 }
 
@@ -201,7 +226,7 @@ int MqttLink::Send(const BrokerMessage& message) {
   int id = 0;
   const int result =
       mosquitto_publish(client_->handle.get(), &id, message.topic.c_str(), static_cast<int>(message.payload.size()),
-                        message.payload.data(), kQos, message.retain);
+                        message.payload.data(), message.qos, message.retain);
   if (result == MOSQ_ERR_OVERSIZE_PACKET || result == MOSQ_ERR_RETAIN_NOT_SUPPORTED ||
       result == MOSQ_ERR_QOS_NOT_SUPPORTED || result == MOSQ_ERR_PAYLOAD_SIZE) {
     id = --refused_;  // libmosquitto has not numbered it
@@ -209,6 +234,12 @@ int MqttLink::Send(const BrokerMessage& message) {
   } else {
     Check(result);
   }
+  return id;
+}
+
+int MqttLink::Subscribe(const std::string& filter) {
+  int id = 0;
+  Check(mosquitto_subscribe(client_->handle.get(), &id, filter.c_str(), kSubscriptionQos));
   return id;
 }
 
@@ -242,10 +273,11 @@ void MqttLink::Check(int result) {
   Down(std::move(text), fault);
 }
 
-void MqttLink::Down(std::string text, bool fault) {
+void MqttLink::Down(std::string text, bool fault, bool taken_over) {
   if (down_) return;
   down_ = true;
-  events_.push_back({BrokerEvent::Kind::kDown, 0, std::move(text), fault});
+  events_.push_back(
+      {.kind = BrokerEvent::Kind::kDown, .text = std::move(text), .fault = fault, .taken_over = taken_over});
 }
 
 Result<> CheckMqttCredentials(const MqttLinkSettings& settings, SecretSource& secrets) {

@@ -29,8 +29,11 @@ struct MqttLinkSettings {
       0;  // before this one, that did not end in a connection: they choose among a name's addresses
 };
 
-// The only place that uses libmosquitto. Messages are sent with QoS 1, and nothing is subscribed. A broker can crash the process
-// that uses this class, so tools/axlecast/run/mqtt_process.h runs it in a separate process.
+// The longest payload that is received; a longer one arrives as an empty one.
+inline constexpr std::size_t kLongestReceived = 16 << 10;
+
+// The only place that uses libmosquitto. A broker can crash the process that uses this class, so
+// tools/axlecast/run/mqtt_process.h runs it in a separate process.
 class MqttLink final : public BrokerLink {
  public:
   MqttLink(MqttLinkSettings settings, SecretSource& secrets);
@@ -40,8 +43,9 @@ class MqttLink final : public BrokerLink {
 
   void Connect(const BrokerMessage& will) override;
   void Drop() override;
-  void Disconnect() override;
+  void Disconnect(bool publish_will) override;
   [[nodiscard]] int Send(const BrokerMessage& message) override;
+  [[nodiscard]] int Subscribe(const std::string& filter) override;
   [[nodiscard]] std::vector<BrokerEvent> Poll() override;
 
   // Returns what to wait for before Poll; fd -1 without a connection.
@@ -53,7 +57,7 @@ class MqttLink final : public BrokerLink {
   [[nodiscard]] Result<> Prepare(const BrokerMessage& will);
   [[nodiscard]] const char* NextFamily();
   void Check(int result);
-  void Down(std::string text, bool fault = false);
+  void Down(std::string text, bool fault = false, bool taken_over = false);
 
   MqttLinkSettings settings_;
   SecretSource& secrets_;

@@ -402,11 +402,14 @@ std::string BindFailureText(const WebServerSettings& settings) {
 
 }  // namespace
 
-WebServer::WebServer(const WebServerSettings& settings, WebServices& services)
-    : state_(std::make_unique<State>(settings, services)) {
-  if (state_->vhost != nullptr) return;
+WebServer::WebServer(const WebServerSettings& settings, WebServices& services) {
+  // Before the library: it would wait without a word for an address that the host does not have.
   std::string why = BindFailureText(settings);
-  if (why.empty()) why = LibraryErrors().empty() ? "the library gives no reason" : LibraryErrors();
+  if (why.empty()) {
+    state_ = std::make_unique<State>(settings, services);
+    if (state_->vhost != nullptr) return;
+    why = LibraryErrors().empty() ? "the library gives no reason" : LibraryErrors();
+  }
   problem_ = "cannot serve on " + settings.address + " port " + std::to_string(settings.port) + ": " + why;
   while (problem_.ends_with('\n')) problem_.pop_back();
 }

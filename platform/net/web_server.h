@@ -57,16 +57,16 @@ class WebServices {
 
 struct WebServerSettings {
   std::string address = "127.0.0.1";
-  int port = 0;             // 0: any free one
-  std::string certificate;  // PEM files; empty: no TLS
-  std::string key;
+  int port = 0;                  // 0: any free one
+  std::string certificate = {};  // PEM files; empty: no TLS
+  std::string key = {};
   int max_connections = 64;  // of all kinds
   int max_per_address = 32;  // of these, from one address of another host
   // Sent with every answer, also of the library.
-  std::vector<std::pair<std::string, std::string>> headers;
+  std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-// HTTP and WebSockets: the only place that uses libwebsockets. One thread; one server in a process.
+// HTTP and WebSockets: the only place that uses libwebsockets. One thread at a time; one server in a process.
 class WebServer {
  public:
   static constexpr int kTickMs = 50;

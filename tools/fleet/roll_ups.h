@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "tools/fleet/position_chunk.h"
+#include "tools/fleet/rows.h"
+
+namespace axlecast {
+
+// The rows of seconds and minutes of one device. A second ends with the first sample of another second or stream. What is open when a
+// period of reception ends is a row too (RowComposer): a second that lies in two periods has two rows.
+class RollUps {
+ public:
+  // Adds a sample of the stream, and the row of the second that it ends to `batch`.
+  void Add(const StreamKey& key, const PositionSample& sample, BatchRows& batch);
+  // Ends the second and all minutes.
+  void EndPeriod(BatchRows& batch);
+
+ private:
+  struct Second {
+    StreamKey key;
+    std::int64_t begin = 0;
+    SummaryBuilder summary = {};
+    SummaryBuilder* minute = nullptr;  // in minutes_
+  };
+
+  void EndSecond(BatchRows& batch);
+
+  std::optional<Second> second_;
+  std::map<std::pair<StreamKey, std::int64_t>, SummaryBuilder> minutes_;  // by stream and begin
+};
+
+// Joins the rows of one stream and minute: a batch may contain several periods.
+void JoinMinutes(std::vector<PositionMinuteRow>& minutes);
+
+}  // namespace axlecast
