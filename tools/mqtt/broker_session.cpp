@@ -26,7 +26,7 @@ MonoNs BrokerSession::Step(MonoNs now) {
     if (end_ != kNever && (sent_.empty() || now >= end_)) Leave(now);
   }
   if (state_ == State::kLeaving && (sent_.empty() || now >= deadline_)) {
-    link_.Disconnect();
+    link_.Disconnect(false);
     state_ = State::kEnded;
   }
   for (const BrokerEvent& event : link_.Poll()) On(event, now);
@@ -44,6 +44,8 @@ void BrokerSession::On(const BrokerEvent& event, MonoNs now) {
       return;
     case BrokerEvent::Kind::kDown:
       OnDown(event.text, now, event.fault);
+      return;
+    case BrokerEvent::Kind::kReceived:  // nothing is subscribed
       return;
     case BrokerEvent::Kind::kTaken:
     case BrokerEvent::Kind::kRefused:

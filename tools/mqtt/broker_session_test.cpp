@@ -25,11 +25,12 @@ class ScriptedLink final : public BrokerLink {
     ++drops;
     events.clear();
   }
-  void Disconnect() override { ++disconnects; }
+  void Disconnect(bool /*publish_will*/) override { ++disconnects; }
   int Send(const BrokerMessage& message) override {
     sent.push_back(message.payload);
     return next_number++;
   }
+  int Subscribe(const std::string& /*filter*/) override { return next_number++; }
   std::vector<BrokerEvent> Poll() override { return std::exchange(events, {}); }
 
   void Happens(BrokerEvent::Kind kind, int message = 0, std::string text = "") {

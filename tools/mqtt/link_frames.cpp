@@ -95,11 +95,12 @@ template <typename Taker, typename Command>
 void VisitCommand(Taker& take, Command& command) {
   take.Choice(command.kind, LinkCommand::Kind::kDisconnect);
   if (command.kind == LinkCommand::Kind::kConnect) VisitSettings(take, command.settings);
-  if (command.kind == LinkCommand::Kind::kDisconnect) return;
+  if (command.kind == LinkCommand::Kind::kDisconnect) return take(command.publish_will);
   take(command.id);
   take(command.message.topic);
   take(command.message.payload);
   take(command.message.retain);
+  take(command.message.qos);
 }
 
 template <typename Taker, typename Event>
@@ -108,6 +109,9 @@ void VisitEvent(Taker& take, Event& event) {
   take(event.message);
   take(event.text);
   take(event.fault);
+  take(event.topic);
+  take(event.retained);
+  take(event.taken_over);
 }
 
 }  // namespace

@@ -14,11 +14,12 @@ namespace axlecast {
 // Both ends are the same program. A broker may have damaged the other process: its frames are checked like untrusted input.
 
 struct LinkCommand {
-  enum class Kind : std::uint8_t { kConnect, kSend, kDisconnect };
+  enum class Kind : std::uint8_t { kConnect, kSend, kSubscribe, kDisconnect };
   Kind kind = Kind::kDisconnect;
   MqttLinkSettings settings = {};  // kConnect
-  BrokerMessage message = {};      // kConnect: the will
-  std::int32_t id = 0;             // kSend: the message's number in events
+  BrokerMessage message = {};      // kConnect: the will; kSubscribe: the topic filter is its topic
+  std::int32_t id = 0;             // kSend, kSubscribe: the number in events
+  bool publish_will = false;       // kDisconnect
 };
 
 [[nodiscard]] std::string EncodeCommand(const LinkCommand& command);

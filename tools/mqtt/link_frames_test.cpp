@@ -60,13 +60,35 @@ TEST(LinkFramesTest, MessagesAndEventsComeThroughWhateverBytesTheyHold) {
   EXPECT_EQ(command->id, 41);
   EXPECT_EQ(command->message.payload, bytes);
   for (const auto kind : {BrokerEvent::Kind::kConnected, BrokerEvent::Kind::kTaken, BrokerEvent::Kind::kRefused,
-                          BrokerEvent::Kind::kDown}) {
-    const auto event = DecodeEvent(BodyOf(EncodeEvent({kind, -3, bytes, true})));
+                          BrokerEvent::Kind::kReceived, BrokerEvent::Kind::kDown}) {
+    const auto event = DecodeEvent(BodyOf(EncodeEvent({kind, -3, bytes, true, "topic", true, true})));
     ASSERT_TRUE(event);
     EXPECT_EQ(event->kind, kind);
     EXPECT_EQ(event->message, -3);
     EXPECT_EQ(event->text, bytes);
     EXPECT_TRUE(event->fault);
+    EXPECT_EQ(event->topic, "topic");
+    EXPECT_TRUE(event->retained);
+    EXPECT_TRUE(event->taken_over);
+  }
+}
+
+TEST(LinkFramesTest, QosSubscriptionsAndTheEndWithTheWillComeThrough) {
+  const auto sent = DecodeCommand(
+      BodyOf(EncodeCommand({.kind = LinkCommand::Kind::kSend, .message = {.topic = "t", .qos = 0}, .id = 1})));
+  ASSERT_TRUE(sent);
+  EXPECT_EQ(sent->message.qos, 0);
+  const auto subscribed = DecodeCommand(
+      BodyOf(EncodeCommand({.kind = LinkCommand::Kind::kSubscribe, .message = {.topic = "a/+"}, .id = 2})));
+  ASSERT_TRUE(subscribed);
+  EXPECT_EQ(subscribed->kind, LinkCommand::Kind::kSubscribe);
+  EXPECT_EQ(subscribed->message.topic, "a/+");
+  EXPECT_EQ(subscribed->id, 2);
+  for (const bool publish_will : {false, true}) {
+    const auto ended = DecodeCommand(
+        BodyOf(EncodeCommand({.kind = LinkCommand::Kind::kDisconnect, .publish_will = publish_will})));
+    ASSERT_TRUE(ended);
+    EXPECT_EQ(ended->publish_will, publish_will);
   }
 }
 

@@ -105,6 +105,9 @@ bool Differ(const ChangeKey& newer, const ChangeKey& older, double deadband) {
 MqttFeed::MqttFeed(const MachineConfig& machine, Sink publish)
     : topics_(machine), publish_(std::move(publish)), bridge_key_(machine.bridge.bridge.public_key) {}
 
+MqttFeed::MqttFeed(const MachineConfig& machine, MessageSink select)
+    : topics_(machine), select_(std::move(select)), bridge_key_(machine.bridge.bridge.public_key) {}
+
 void MqttFeed::OnData(const std::string& channel, Bytes message, MonoNs now) {
   auto stream = streams_.find(channel);
   if (stream == streams_.end()) {
@@ -115,6 +118,7 @@ void MqttFeed::OnData(const std::string& channel, Bytes message, MonoNs now) {
     }
     stream = streams_.emplace(channel, Stream{}).first;
     stream->second.topic = std::move(*topic);
+    stream->second.channel = channel;
   }
   OnMessage(stream->second, message, now);
 }
@@ -127,7 +131,9 @@ void MqttFeed::OnCommandStatus(Bytes message, MonoNs now) {
     ++foreign_;
     return;
   }
-  Stream& stream = streams_["COMMAND_STATUS/" + status->device];
+  const std::string channel = "COMMAND_STATUS/" + status->device;
+  Stream& stream = streams_[channel];
+  stream.channel = channel;
   if (stream.topic.topic.empty()) stream.topic = std::move(*topic);
   OnMessage(stream, message, now);
 }
@@ -194,6 +200,10 @@ void MqttFeed::PublishHeld(Stream& stream, MonoNs now) {
 }
 
 void MqttFeed::Publish(Stream& stream, Bytes message) {
+  if (select_) {
+    ++published_;
+    return select_(stream.channel, message);
+  }
   std::optional<nlohmann::ordered_json> json = MqttPayload(stream.topic.type, message);
   if (!json) return;
   (*json)["publication"] = stream.publications++;

@@ -45,7 +45,11 @@ class MqttFeed {
  public:
   using Sink = std::function<void(BrokerMessage message, RetentionClass keeping)>;
 
+  // Receives the selected messages as they are. `channel`: without the LCM prefix; of outcomes "COMMAND_STATUS/<device>".
+  using MessageSink = std::function<void(std::string_view channel, Bytes message)>;
+
   MqttFeed(const MachineConfig& machine, Sink publish);
+  MqttFeed(const MachineConfig& machine, MessageSink select);
 
   void OnData(const std::string& channel, Bytes message, MonoNs now);
   void OnCommandStatus(Bytes message, MonoNs now);
@@ -62,6 +66,7 @@ class MqttFeed {
  private:
   struct Stream {
     MqttTopic topic;
+    std::string channel;
     SequenceCount sequence;
     std::vector<std::uint8_t> held;  // the newest unpublished message; empty: none
     ChangeKey held_key;
@@ -79,6 +84,7 @@ class MqttFeed {
 
   TopicMap topics_;
   Sink publish_;
+  MessageSink select_;  // if it is set, it receives the messages in place of publish_
   std::optional<PublicKey> bridge_key_;
   std::map<std::string, Stream, std::less<>> streams_;  // by channel; command outcomes by "COMMAND_STATUS/<device>"
   std::atomic<std::int64_t> received_ = 0;

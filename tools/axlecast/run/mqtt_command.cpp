@@ -27,7 +27,9 @@
 #include "tools/axlecast/common/config_option.h"
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
+#include "tools/axlecast/run/mqtt_intake.h"
 #include "tools/axlecast/run/mqtt_process.h"
+#include "tools/axlecast/run/sparkplug_run.h"
 #include "tools/mqtt/broker_session.h"
 #include "tools/mqtt/mqtt_feed.h"
 #include "tools/mqtt/mqtt_status.h"
@@ -38,89 +40,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kQueue = 50'000;  // messages of a few seconds, while this process gets no processor time
-constexpr MonoNs kPollPeriod = 50 * kMillisecond;
 constexpr MonoNs kLastDeliveries = 5 * kSecond;  // to deliver the queued messages at the end
-
-MqttLinkSettings LinkSettingsOf(const MachineConfig& machine) {
-  const MqttConfig& mqtt = machine.mqtt;
-  MqttLinkSettings settings;
-  settings.host = mqtt.host;
-  settings.port = static_cast<int>(PortOf(mqtt));
-  settings.version_5 = mqtt.version_5;
-  settings.client_id = mqtt.client_id.empty() ? "axlecast-" + machine.machine : mqtt.client_id;
-  settings.user = mqtt.user;
-  settings.password = mqtt.password;
-  settings.tls = mqtt.tls.has_value();
-  if (mqtt.tls) {
-    settings.ca = mqtt.tls->ca;
-    settings.certificate = mqtt.tls->certificate;
-    settings.key = mqtt.tls->key;
-  }
-  return settings;
-}
-
-// Passes the machine's messages from both LCM ports to `sink`.
-class MqttIntake {
- public:
-  MqttIntake(const MachineConfig& machine, const Clock& clock, MqttFeed::Sink sink)
-      : clock_(clock),
-        data_(machine.lcm.url, machine.lcm.prefix, machine.machine),
-        command_(machine.lcm.command_url, machine.lcm.prefix, machine.machine),
-        feed_(machine, std::move(sink)) {}
-
-  [[nodiscard]] Result<> Open() {
-    for (const LcmPort* port : {&data_, &command_}) {
-      if (!port->problem().empty()) return Failure(port->problem());
-    }
-    const auto on_data = [this](const std::string& channel, Bytes message) {
-      feed_.OnData(channel, message, clock_.Now());
-    };
-    const auto on_status = [this](const std::string&, Bytes message) {
-      feed_.OnCommandStatus(message, clock_.Now());
-    };
-    if (data_.Subscribe(MqttDataChannels(), on_data, kQueue) &&
-        command_.Subscribe(kMqttCommandChannels, on_status, kQueue)) {
-      return {};
-    }
-    return Failure("cannot subscribe on LCM");
-  }
-
-  // Calls `proceed` a few times per second. Returns when `proceed` returns false, or after `seconds` (0: no limit). Fails if a
-  // port fails.
-  [[nodiscard]] Result<> Run(double seconds, const std::function<bool()>& proceed) {
-    const MonoNs end = seconds > 0 ? clock_.Now() + static_cast<MonoNs>(std::llround(seconds * 1e9)) : kNever;
-    std::array<pollfd, 2> sources = {{{data_.FileDescriptor(), POLLIN, 0}, {command_.FileDescriptor(), POLLIN, 0}}};
-    while (proceed()) {
-      const MonoNs now = clock_.Now();
-      if (now >= end) break;
-      feed_.Poll(now);
-      static_cast<void>(PollUntil(sources, std::min(end, now + kPollPeriod), clock_));
-      if (!data_.Handle(0) || !command_.Handle(0)) return Failure("the LCM port failed");
-    }
-    feed_.Flush();
-    return {};
-  }
-
-  // Prints the messages that LCM lost or refused, at most once in 10 s.
-  void ReportLosses(MonoNs now) {
-    ReceptionCounts counts = data_.received();
-    counts += command_.received();
-    const std::string line = reception_.NextLine(counts, now, data_.warning());
-    if (!line.empty()) std::cerr << line << '\n';
-  }
-
-  [[nodiscard]] MqttFeed& feed() { return feed_; }
-  [[nodiscard]] const MqttFeed& feed() const { return feed_; }
-  [[nodiscard]] LcmPort& data() { return data_; }
-
- private:
-  const Clock& clock_;
-  LcmPort data_;
-  LcmPort command_;
-  MqttFeed feed_;
-  ReceptionReport reception_;
-};
 
 // The connection from LCM to a broker, from its start to its end. The calling thread reads from LCM and never waits for the
 // broker. A second thread sends the messages of the outbox to the broker.
@@ -234,6 +154,7 @@ struct MqttOptions {
   std::string certificate;
   std::string key;
   std::string protocol;
+  std::string sparkplug;
   double interval_s = 0;  // 0: the file's
   double deadband = -1;   // < 0: the file's
   bool tls = false;
@@ -260,6 +181,8 @@ struct MqttOptions {
     command.add_option("--protocol", protocol, "Use this version of MQTT: 5, or 3.1.1 for an older broker")
         ->check(CLI::IsMember({"5", "3.1.1"}))
         ->type_name("VERSION");
+    command.add_option("--sparkplug", sparkplug, "Publish as an edge node of Sparkplug B in this group")
+        ->type_name("GROUP");
     command.add_option("--interval", interval_s, "Publish at most one position per device in this time")
         ->check(CLI::Range(0.01, 86'400.0))
         ->type_name("S");
@@ -321,6 +244,8 @@ void ApplyPace(const MqttOptions& options, PositionPace& pace) {
   if (!options.certificate.empty()) mqtt.tls->certificate = Absolute(options.certificate);
   if (!options.key.empty()) mqtt.tls->key = Absolute(options.key);
   if (!options.protocol.empty()) mqtt.version_5 = options.protocol == "5";
+  if (!options.sparkplug.empty() && !mqtt.sparkplug) mqtt.sparkplug.emplace();
+  if (!options.sparkplug.empty()) mqtt.sparkplug->group = options.sparkplug;
   ApplyPace(options, mqtt.positions);
   for (auto& [device, pace] : mqtt.devices) ApplyPace(options, pace);
   if (mqtt.host.empty() && options.print) return {};
@@ -368,6 +293,7 @@ void Warn(const MqttConfig& mqtt) {
 
 int Bridge(const MqttOptions& options, const MachineConfig& machine) {
   Warn(machine.mqtt);
+  if (machine.mqtt.sparkplug) return RunSparkplug(machine, options.seconds, options.json);
   MqttRun run(machine);
   if (const Result<> opened = run.Open(); !opened) return Fail(opened.error().text, kExitFailed);
   std::cerr << "machine " << machine.machine << " to " << BrokerText(machine.mqtt) << ", topics "
@@ -389,6 +315,11 @@ int RunMqtt(const MqttOptions& options) {
   if (!machine) return options.config.Fail(machine.error());
   const Result<> applied = ApplyMqttOptions(options, machine->mqtt);
   if (!applied) return Fail(applied.error().text, kExitUsage);
+  if (options.print && machine->mqtt.sparkplug) {
+    return Fail(
+        "--print shows the topics of docs/mqtt.md: leave sparkplug out, or read the broker's topics spBv1.0/#",
+        kExitUsage);
+  }
   return options.print ? Print(options, *machine) : Bridge(options, *machine);
 }
 
@@ -405,7 +336,9 @@ void AddMqttCommand(CLI::App& app, int& exit_code) {
       "  axlecast mqtt --broker broker.example:8883 --ca ca.pem --user press3 --password-file mqtt.password\n"
       "  axlecast mqtt --print --seconds 5                   print the messages\n"
       "  axlecast mqtt --schema                              the JSON Schemas, by kind of topic\n"
-      "It subscribes to nothing: no command is accepted from MQTT.\n"
+      "  axlecast mqtt --sparkplug plant                     as an edge node of Sparkplug B\n"
+      "No command is accepted from MQTT. Only with Sparkplug it subscribes: to requests for births, and to the "
+      "host's state.\n"
       "exit code: 0 the broker has received everything, 1 the machine's file is bad, 2 usage, 3 messages were lost "
       "or "
       "are still queued, 4 failed, 6 no message was received (--print)");

@@ -45,7 +45,9 @@ class LinkServer {
       std::array<pollfd, 2> files = {{{STDIN_FILENO, POLLIN, 0}, {-1, 0, 0}}};
       if (link_) files[1] = link_->Waiting();
       if (poll(files.data(), files.size(), kPollMs) < 0 && errno != EINTR) return kExitFailed;
-      if (files[0].revents != 0) Read();
+      // What the broker has sent is read first: a write to a connection that the broker has closed would hide the reason.
+      if (link_ && files[1].revents != 0) SendEvents();
+      if (files[0].revents != 0 && !ended_) Read();
       if (link_ && !ended_) SendEvents();
     }
     return kExitDone;
@@ -71,8 +73,10 @@ class LinkServer {
       link_.emplace(command.settings, secrets_);
       link_->Connect(command.message);
     } else if (command.kind == LinkCommand::Kind::kDisconnect) {
-      if (link_) link_->Disconnect();
+      if (link_) link_->Disconnect(command.publish_will);
       ended_ = true;
+    } else if (link_ && !is_down_ && command.kind == LinkCommand::Kind::kSubscribe) {
+      ids_[link_->Subscribe(command.message.topic)] = command.id;
     } else if (link_ && !is_down_) {
       ids_[link_->Send(command.message)] = command.id;
     }
@@ -136,9 +140,9 @@ void MqttProcess::Drop() {
   events_.clear();
 }
 
-void MqttProcess::Disconnect() {
+void MqttProcess::Disconnect(bool publish_will) {
   if (!socket_.valid()) return;
-  SendCommand({.kind = LinkCommand::Kind::kDisconnect});
+  SendCommand({.kind = LinkCommand::Kind::kDisconnect, .publish_will = publish_will});
   // The process closes its end after it has disconnected from the broker.
   pollfd waits = {socket_.get(), POLLIN, 0};
   while (socket_.valid() && poll(&waits, 1, kDisconnectMs) > 0) Read();
@@ -147,6 +151,11 @@ void MqttProcess::Disconnect() {
 
 int MqttProcess::Send(const BrokerMessage& message) {
   SendCommand({.kind = LinkCommand::Kind::kSend, .message = message, .id = ++last_id_});
+  return last_id_;
+}
+
+int MqttProcess::Subscribe(const std::string& filter) {
+  SendCommand({.kind = LinkCommand::Kind::kSubscribe, .message = {.topic = filter}, .id = ++last_id_});
   return last_id_;
 }
 

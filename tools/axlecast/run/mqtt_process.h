@@ -27,8 +27,9 @@ class MqttProcess final : public BrokerLink {
 
   void Connect(const BrokerMessage& will) override;
   void Drop() override;
-  void Disconnect() override;
+  void Disconnect(bool publish_will) override;
   [[nodiscard]] int Send(const BrokerMessage& message) override;
+  [[nodiscard]] int Subscribe(const std::string& filter) override;
   [[nodiscard]] std::vector<BrokerEvent> Poll() override;
 
   // Returns what to wait for before Poll; fd -1 without a connection.

@@ -129,6 +129,9 @@ class MachineRun {
     if (!part_.mqtt.host.empty()) {
       supervisor.Start(Role::kRecorder, "mqtt", {axlecast, "mqtt", "--config", file_, "--json"});
     }
+    if (!part_.ship.database.empty()) {
+      supervisor.Start(Role::kRecorder, "ship", {axlecast, "ship", "--config", file_, "--json"});
+    }
     if (!part_.time.root.empty()) {
       supervisor.Start(Role::kRecorder, "time", {axlecast, "time", "--config", file_, "--host", host_});
     }

@@ -14,7 +14,7 @@
 #include "core/config/service_config.h"
 #include "platform/net/lcm_port.h"
 #include "platform/net/web_server.h"
-#include "platform/os/mapped_file.h"
+#include "platform/os/descriptor.h"
 #include "platform/os/process.h"
 #include "platform/os/secret_file.h"
 #include "platform/os/system_clock.h"
@@ -25,6 +25,7 @@
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
+#include "tools/web/fleet/fleet_reader.h"
 #include "tools/web/web_app.h"
 
 namespace axlecast {
@@ -48,6 +49,8 @@ struct WebOptions {
   std::optional<std::string> token_file;
   std::vector<std::string> names;
   std::size_t clients = 16;
+  std::optional<std::string> fleet;
+  std::optional<std::string> fleet_password;
 
   void AddTo(CLI::App& command) {
     config.AddTo(command, ConfigOption::Form::kPositional);
@@ -67,6 +70,16 @@ struct WebOptions {
         ->check(CLI::Range(1, 200))
         ->capture_default_str()
         ->type_name("N");
+    command
+        .add_option("--fleet", fleet,
+                    "Also show the machines of this fleet database; without a machine's file, only them")
+        ->type_name("CONNECTION")
+        ->excludes("--log");
+    command
+        .add_option("--fleet-password-file", fleet_password,
+                    "File of the password for the fleet database, mode 0600 or 0640")
+        ->type_name("FILE")
+        ->needs("--fleet");
   }
 
   // Replaces values of the machine's file by those of the command line.
@@ -77,6 +90,10 @@ struct WebOptions {
     web.key = key.value_or(web.key);
     if (token_file) web.token = SecretFileAt(*token_file);
     web.names.insert(web.names.end(), names.begin(), names.end());
+    if (fleet) {
+      web.fleet_database = *fleet;
+      web.fleet_password = fleet_password ? SecretFileAt(*fleet_password) : SecretPlace{};
+    }
     return web;
   }
 };
@@ -137,8 +154,9 @@ class LogSource {
  public:
   LogSource(const std::vector<std::string>& paths, const Clock& clock) : clock_(clock) {
     for (const std::string& path : paths) {
-      const MappedFile& file = files_.emplace_back(path);
+      const OpenedLog& file = files_.emplace_back(OpenLog(path));
       if (problem_.empty()) problem_ = file.problem();
+      if (!file.damage().empty()) std::cerr << "warning: " << file.damage() << '\n';
       bytes_.push_back(file.bytes());
       facts_.files.push_back(std::filesystem::path(path).filename());
     }
@@ -169,7 +187,7 @@ class LogSource {
 
   // Returns the error if a file has become unreadable; otherwise an empty text.
   [[nodiscard]] std::string Loss() const {
-    for (const MappedFile& file : files_) {
+    for (const OpenedLog& file : files_) {
       if (std::string loss = file.Loss(); !loss.empty()) return loss;
     }
     return "";
@@ -177,11 +195,29 @@ class LogSource {
 
  private:
   const Clock& clock_;
-  std::list<MappedFile> files_;
+  std::list<OpenedLog> files_;
   std::vector<Bytes> bytes_;
   WebLogFacts facts_;
   MachineConfig machine_;
   std::string problem_;
+};
+
+// Answers questions to the fleet database on a thread of its own.
+class FleetSource {
+ public:
+  explicit FleetSource(const WebConfig& web)
+      : reader_({.connection = web.fleet_database, .password = web.fleet_password, .stop = stop_.FileDescriptor()},
+                secrets_, clock_),
+        worker_([this](const FleetRequest& request) { return reader_.Answer(request); }, [this] { stop_.Set(); }) {}
+
+  [[nodiscard]] FleetWorker& worker() { return worker_; }
+
+ private:
+  const SystemClock clock_;
+  SecretFiles secrets_;
+  WakeEvent stop_;
+  FleetReader reader_;
+  FleetWorker worker_;  // last: it uses all of the others
 };
 
 // Returns the token, which is empty if none is required. Also checks that the TLS key can be read.
@@ -241,8 +277,14 @@ int ServeLive(const WebOptions& options, const WebConfig& web, const MachineConf
   const SystemClock clock;
   LiveSource source(machine, clock);
   if (!source.problem().empty()) return Fail(source.problem(), kExitBad);
+  std::optional<FleetSource> fleet;
+  if (!web.fleet_database.empty()) fleet.emplace(web);
   WebSiteParts parts;
   parts.live = &source.model();
+  if (fleet) {
+    parts.fleet = &fleet->worker();
+    source.model().SetFleet(WebFleet::kBeside);
+  }
   parts.tick = [&source] {
     source.Gather();
     return true;
@@ -252,6 +294,19 @@ int ServeLive(const WebOptions& options, const WebConfig& web, const MachineConf
     return MetricsText(source.model().monitor(), clock.Now(), AXLECAST_VERSION);
   };
   return Serve(options, web, machine.machine, std::move(parts));
+}
+
+int ServeFleet(const WebOptions& options, const WebConfig& web) {
+  const MachineConfig no_machine;
+  WebModel model(no_machine, AXLECAST_VERSION, std::nullopt);
+  model.SetFleet(WebFleet::kOnly);
+  FleetSource fleet(web);
+  WebSiteParts parts;
+  parts.live = &model;
+  parts.fleet = &fleet.worker();
+  parts.tick = [] { return true; };
+  parts.problem = [] { return std::string(); };
+  return Serve(options, web, "fleet", std::move(parts));
 }
 
 int ServeLog(const WebOptions& options, const WebConfig& web, std::optional<MachineConfig> machine) {
@@ -268,7 +323,8 @@ int ServeLog(const WebOptions& options, const WebConfig& web, std::optional<Mach
 
 int RunWeb(const WebOptions& options) {
   std::optional<MachineConfig> machine;
-  if (options.logs.empty() || options.config.Given()) {
+  const bool fleet_only = options.fleet && options.config.File().empty();
+  if (!fleet_only && (options.logs.empty() || options.config.Given())) {
     Result<MachineConfig> loaded = options.config.Load();
     if (!loaded) return options.config.Fail(loaded.error());
     machine = *std::move(loaded);
@@ -277,6 +333,7 @@ int RunWeb(const WebOptions& options) {
   const std::vector<ConfigFault> faults = FaultsOf(web);
   for (const ConfigFault& fault : faults) std::cerr << "web: " << fault.key << ": " << fault.text << '\n';
   if (!faults.empty()) return kExitUsage;
+  if (fleet_only) return ServeFleet(options, web);
   return options.logs.empty() ? ServeLive(options, web, *machine) : ServeLog(options, web, std::move(machine));
 }
 
@@ -291,6 +348,7 @@ void AddWebCommand(CLI::App& app, int& exit_code) {
       "examples:\n"
       "  axlecast web                                  the machine's file as usual; open the printed URL\n"
       "  axlecast web --log run7.lcm --port 0          a recorded log, with a time slider; no machine needed\n"
+      "  axlecast web --fleet 'host=db1 dbname=axlecast user=viewer'\n"
       "  axlecast web --bind 0.0.0.0 --tls-cert web.pem --tls-key web.key --token-file web.token\n"
       "It also serves /metrics (Prometheus) and /healthz. Other hosts need TLS and a token.\n"
       "exit code: 0 ended by a signal, 1 an input is bad, 2 usage, 4 the address cannot be served");
