@@ -28,7 +28,8 @@ int RunCommandLine(int argc, char** argv) {
              &AddHomeCommand, &AddOffsetCommand, &AddPermitCommand, &AddMotorCommand, &AddTripsCommand,
              &AddParamCommand, &AddDatumCommands, &AddBackupCommands, &AddReplaceCommand, &AddHistoryCommand,
              &AddHwtestCommand, &AddReportCommand, &AddTimeCommand, &AddSetsCommand, &AddSkewCommand,
-             &AddRecordCommand, &AddReplayCommand, &AddMqttCommand, &AddLogCommand, &AddRedecodeCommand,
+             &AddRecordCommand, &AddReplayCommand, &AddMqttCommand, &AddShipCommand, &AddFleetCommand,
+             &AddLogCommand, &AddRedecodeCommand,
 #if AXLECAST_WEB
              &AddWebCommand,
 #endif

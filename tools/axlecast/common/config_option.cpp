@@ -99,6 +99,7 @@ std::vector<std::string> MachineUnits(const MachineConfig& machine) {
   std::vector<std::string> units;
   if (machine.runs_bridge) units.emplace_back("axlecast-bridge.service");
   if (!machine.recorder.logs.empty()) units.emplace_back("axlecast-record.service");
+  if (!machine.ship.database.empty()) units.emplace_back("axlecast-ship.service");
   if (!machine.time.root.empty()) units.emplace_back("axlecast-time.service");
   if (!machine.sets.empty()) units.emplace_back("axlecast-sets.service");
   if (std::any_of(machine.buses.begin(), machine.buses.end(), [](const BusConfig& bus) { return bus.simulate; })) {

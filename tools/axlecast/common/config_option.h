@@ -58,7 +58,7 @@ void AddHostOption(CLI::App& command, std::string& host);
 // required.
 [[nodiscard]] nlohmann::ordered_json ConfigKeysJson(const std::vector<ConfigKey>& keys);
 
-// Returns the systemd units of `machine`: a driver per bus, the bridge, and the recorder, the time base, the sets and the simulators if
+// Returns the systemd units of `machine`: a driver per bus, the bridge, and the recorder, the shipper, the time base, the sets and the simulators if
 // they are configured.
 [[nodiscard]] std::vector<std::string> MachineUnits(const MachineConfig& machine);
 

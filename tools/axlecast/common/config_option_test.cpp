@@ -55,6 +55,12 @@ TEST(MachineUnits, RecorderAndSimulatorsStandWhereTheFileAsksForThem) {
                           "axlecast-driver@b-0.service", "axlecast-driver@b1.service"));
 }
 
+TEST(MachineUnits, ADatabaseNeedsTheShipper) {
+  EXPECT_THAT(MachineUnits(Machine("recorder: {logs: {all: {}}}\nship: {database: host=db1}\n", "false")),
+              ElementsAre("axlecast-bridge.service", "axlecast-record.service", "axlecast-ship.service",
+                          "axlecast-driver@b-0.service", "axlecast-driver@b1.service"));
+}
+
 TEST(MachineNames, AreInTheFilesOrder) {
   EXPECT_THAT(MachineNames(Machine("", "false"), false), ElementsAre("b-0", "b1"));
   EXPECT_THAT(MachineNames(Machine("", "false"), true), ElementsAre("a", "b"));

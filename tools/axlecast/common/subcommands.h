@@ -61,6 +61,18 @@ void AddTimeCommand(CLI::App& app, int& exit_code);  // time: keeps the time bas
 void AddUpCommand(CLI::App& app, int& exit_code);    // up: runs the whole machine in the foreground
 void AddWebCommand(CLI::App& app, int& exit_code);   // web; only in a build with AXLECAST_WEB
 
+// ---- fleet ----
+
+void AddFleetCommand(CLI::App& app, int& exit_code);        // fleet and its subcommands
+void AddFleetInitCommand(CLI::App& fleet, int& exit_code);  // fleet init: creates or migrates the tables
+void AddShipCommand(CLI::App& app, int& exit_code);         // ship: writes the recorder's logs to the database
+void AddFleetUpCommand(CLI::App& fleet, int& exit_code);    // fleet up: runs a PostgreSQL in the foreground
+void AddFleetStatusCommand(CLI::App& fleet, int& exit_code);
+void AddFleetQueryCommand(CLI::App& fleet, int& exit_code);
+void AddFleetFetchCommand(CLI::App& fleet, int& exit_code);
+void AddFleetVerifyCommand(CLI::App& fleet, int& exit_code);
+void AddFleetAdminCommands(CLI::App& fleet, int& exit_code);  // rename, adopt, shard, retention, expire
+
 // ---- device_data ----
 
 void AddBackupCommands(CLI::App& app, int& exit_code);  // backup, restore

@@ -18,8 +18,9 @@ inline constexpr int kExitFailed = 4;
 inline constexpr int kExitIndeterminate = 5;
 inline constexpr int kExitNoAnswer = 6;
 inline constexpr int kExitUnverifiable = 7;  // done, but the device allows no read-back
+inline constexpr int kExitReplaced = 8;      // ship: another process has taken the machine over
 
-// record, replay, log, redecode and mqtt: done, but data is missing, damaged or different.
+// record, replay, log, redecode, mqtt and ship: done, but data is missing, damaged or different.
 inline constexpr int kExitLosses = 3;
 
 // A live picture on standard output. It uses the terminal's second screen, so that the previous content reappears at the
