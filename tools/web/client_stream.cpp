@@ -60,6 +60,11 @@ Result<PageRequest> ParsePageRequest(std::string_view text) {
     if (ReadNumber(json, "factor", kSlowestPlay, kFastestPlay, number)) return SpeedRequest{number};
     return Failure("speed: factor is not a number from 0.01 to 100");
   }
+  if (IsFleetType(name)) {
+    const Result<FleetRequest> request = ParseFleetRequest(json);
+    if (!request) return Failure(request.error());
+    return *request;
+  }
   return Failure("unknown type: this server accepts no commands");
 }
 

@@ -11,6 +11,7 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "tools/web/fleet_request.h"
 #include "tools/web/web_model.h"
 
 namespace axlecast {
@@ -33,7 +34,7 @@ struct SpeedRequest {
   double factor = 1;
   bool operator==(const SpeedRequest&) const = default;
 };
-using PageRequest = std::variant<SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest>;
+using PageRequest = std::variant<SubscribeRequest, SeekRequest, PlayRequest, SpeedRequest, FleetRequest>;
 
 inline constexpr std::size_t kMaxSubscribed = 512;
 inline constexpr double kSlowestPlay = 0.01;

@@ -1,14 +1,13 @@
 #include "tools/web/web_access.h"
 
-#include <arpa/inet.h>
 #include <sodium.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <stdexcept>
 #include <utility>
 
+#include "core/config/service_config.h"
 #include "core/messages/json/field.h"
 #include "platform/os/process.h"
 
@@ -55,12 +54,6 @@ std::string NameOfHost(std::string_view host) {
                                              return std::isdigit(character) != 0;
                                            }));
   return port_right ? Lower(name) : "";
-}
-
-bool IsAddress(const std::string& name) {
-  std::array<unsigned char, sizeof(in6_addr)> address{};
-  return inet_pton(AF_INET, name.c_str(), address.data()) == 1 ||
-         inet_pton(AF_INET6, name.c_str(), address.data()) == 1;
 }
 
 int HexValue(char digit) {
@@ -117,7 +110,7 @@ WebAccess::WebAccess(Rules rules, const Secret& token)
 
 bool WebAccess::IsHost(std::string_view host) const {
   const std::string name = NameOfHost(host);
-  return name == "localhost" || IsAddress(name) ||
+  return name == "localhost" || IsIpAddress(name) ||
          (!name.empty() && std::find(rules_.names.begin(), rules_.names.end(), name) != rules_.names.end());
 }
 

@@ -1,9 +1,10 @@
 #include "tools/web/web_app.h"
 
 #include <algorithm>
+#include <utility>
 #include <variant>
 
-#include "core/messages/json/field.h"
+#include "tools/web/web_answers.h"
 
 namespace axlecast {
 namespace {
@@ -13,12 +14,6 @@ constexpr int kTryAgainLater = 1013;    // IANA's registry of WebSocket close co
 constexpr MonoNs kPlaybackPeriod = 250 * kMillisecond;
 // A paused position is repeated, so that a browser can distinguish a paused log from a lost server.
 constexpr MonoNs kPlaybackRepeat = kSecond;
-
-WebAnswer Plain(int status, std::string text) { return {.status = status, .body = std::move(text) + '\n'}; }
-
-constexpr const char* kHostText =
-    "this server does not have the name that the browser requested: use its address, or add the name to the "
-    "machine's file (web: names:)";
 
 }  // namespace
 
@@ -34,16 +29,14 @@ std::vector<std::pair<std::string, std::string>> WebApp::SecurityHeaders() {
 }
 
 WebAnswer WebApp::OnRequest(const WebRequest& request) {
-  if (!parts_.access->IsHost(request.host)) return Plain(403, kHostText);
+  if (!parts_.access->IsHost(request.host)) return ForeignHostAnswer();
   if (request.method == "POST" && request.path == "/login") return SignIn(request);
   if (request.method == "GET" || request.method == "HEAD") return Get(request);
-  WebAnswer answer = Plain(405, "only GET and HEAD are allowed: this server accepts no commands");
-  answer.headers.emplace_back("allow", "GET, HEAD");
-  return answer;
+  return MethodAnswer();
 }
 
 WebAnswer WebApp::Get(const WebRequest& request) const {
-  if (request.path == "/healthz") return Health();
+  if (request.path == "/healthz") return HealthAnswer(parts_.problem());
   if (request.path == "/metrics") return Metrics(request);
   if (request.path == "/login") return File("login.html", request);
   const bool page = request.path == "/" || request.path == "/index.html";
@@ -52,7 +45,7 @@ WebAnswer WebApp::Get(const WebRequest& request) const {
 }
 
 WebAnswer WebApp::SignIn(const WebRequest& request) {
-  if (!parts_.access->IsOwnOrigin(request)) return Plain(403, "a form of another origin");
+  if (!parts_.access->IsOwnOrigin(request)) return PlainAnswer(403, "a form of another origin");
   if (!parts_.access->IsToken(FormValue(request.body, "token"))) return SignInPage();
   return {.status = 303,
           .headers = {{"location", "/"},
@@ -68,7 +61,7 @@ const PageFile* WebApp::Find(std::string_view name) const {
 
 WebAnswer WebApp::File(std::string_view name, const WebRequest& request) const {
   const PageFile* file = Find(name);
-  if (file == nullptr) return Plain(404, "there is no such page");
+  if (file == nullptr) return PlainAnswer(404, "there is no such page");
   WebAnswer answer = {.type = std::string(file->type),
                       .headers = {{"etag", std::string(file->etag)}, {"cache-control", "no-cache"}}};
   if (request.if_none_match.find(file->etag) != std::string::npos) {
@@ -88,25 +81,13 @@ WebAnswer WebApp::SignInPage() const {
 }
 
 WebAnswer WebApp::Metrics(const WebRequest& request) const {
-  if (!parts_.metrics) return Plain(404, "a log has no metrics");
+  if (!parts_.metrics) return PlainAnswer(404, "only a live machine has metrics");
   if (!parts_.access->MayLook(request, parts_.clock->Now())) {
-    WebAnswer answer = Plain(401, "needs the token: Authorization: Bearer ...");
+    WebAnswer answer = PlainAnswer(401, "needs the token: Authorization: Bearer ...");
     answer.headers.emplace_back("www-authenticate", "Bearer realm=\"axlecast\"");
     return answer;
   }
-  return {.type = "text/plain; version=0.0.4; charset=utf-8",
-          .body = parts_.metrics(),
-          .headers = {{"cache-control", "no-store"}}};
-}
-
-WebAnswer WebApp::Health() const {
-  const std::string problem = parts_.problem();
-  nlohmann::ordered_json json = {{"status", problem.empty() ? "ok" : "failing"}};
-  if (!problem.empty()) json["reason"] = problem;
-  return {.status = problem.empty() ? 200 : 503,
-          .type = "application/json",
-          .body = JsonLine(json) + '\n',
-          .headers = {{"cache-control", "no-store"}}};
+  return MetricsAnswer(parts_.metrics());
 }
 
 int WebApp::OnUpgrade(const WebRequest& request) {
@@ -143,8 +124,21 @@ void WebApp::OnFrame(WebConnection connection, std::string_view text) {
   client.too_many = client.too_many || !TakesFrame(client);
   if (client.too_many) return;
   const Result<PageRequest> request = ParsePageRequest(text);
-  const Result<> done = request ? Execute(client, *request) : Failure(request.error());
+  Result<> done;
+  if (!request) {
+    done = Failure(request.error());
+  } else if (const auto* question = std::get_if<FleetRequest>(&*request)) {
+    done = AskFleet(connection, *question);
+  } else {
+    done = Execute(client, *request);
+  }
   if (!done) client.feed.Queue(ErrorFrame(done.error().text));
+}
+
+Result<> WebApp::AskFleet(WebConnection connection, const FleetRequest& request) const {
+  if (parts_.fleet == nullptr) return Failure("this server has no fleet database: start it with --fleet");
+  if (parts_.fleet->Ask(connection, request)) return {};
+  return Failure("more than " + std::to_string(FleetWorker::kMaxOpen) + " open questions to the fleet database");
 }
 
 Result<> WebApp::Execute(Client& client, const PageRequest& request) const {
@@ -172,6 +166,15 @@ bool WebApp::PlaybackIsDue(Client& client) const {
   return true;
 }
 
+void WebApp::OnClose(WebConnection connection) {
+  clients_.erase(connection);
+  if (parts_.fleet != nullptr) parts_.fleet->Forget(connection);
+}
+
+std::optional<std::string> WebApp::TakeAnswer(WebConnection connection) const {
+  return parts_.fleet != nullptr ? parts_.fleet->Take(connection) : std::nullopt;
+}
+
 WebFrame WebApp::NextFrame(WebConnection connection) {
   const auto found = clients_.find(connection);
   if (found == clients_.end()) return {};
@@ -184,7 +187,15 @@ WebFrame WebApp::NextFrame(WebConnection connection) {
   }
   WebModel& model = ModelOf(client);
   if (client.feed.fell_behind(model)) return {.close = kTryAgainLater, .reason = "fell behind"};
-  return {.text = client.feed.Next(model, NowOf(client))};
+  // At most one answer between two frames of live data, so that neither waits for the other.
+  if (std::exchange(client.answer_is_next, false)) {
+    if (auto answer = TakeAnswer(connection)) return {.text = std::move(answer)};
+  }
+  if (auto frame = client.feed.Next(model, NowOf(client))) {
+    client.answer_is_next = true;
+    return {.text = std::move(frame)};
+  }
+  return {.text = TakeAnswer(connection)};
 }
 
 bool WebApp::OnTick() {

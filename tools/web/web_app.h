@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "core/base/time.h"
 #include "platform/net/web_server.h"
 #include "tools/web/client_stream.h"
+#include "tools/web/fleet_worker.h"
 #include "tools/web/log_player.h"
 #include "tools/web/page_files.h"
 #include "tools/web/web_access.h"
@@ -26,8 +28,10 @@ struct WebSiteParts {
   WebAccess* access = nullptr;
   std::span<const PageFile> files;
   std::size_t max_clients = 16;
-  WebModel* live = nullptr;  // for a log, `open_log` returns a player for each browser instead
+  WebModel* live =
+      nullptr;  // without machine: of a fleet alone; for a log, `open_log` returns a player for each browser instead
   std::function<std::unique_ptr<LogPlayer>()> open_log;
+  FleetWorker* fleet = nullptr;          // null: no fleet database
   std::function<bool()> tick;            // processes received messages; false ends the application
   std::function<std::string()> problem;  // why it does not work, or empty
   std::function<std::string()> metrics;  // null: no metrics
@@ -49,7 +53,7 @@ class WebApp final : public WebServices {
   void OnOpen(WebConnection connection) override;
   void OnFrame(WebConnection connection, std::string_view text) override;
   [[nodiscard]] WebFrame NextFrame(WebConnection connection) override;
-  void OnClose(WebConnection connection) override { clients_.erase(connection); }
+  void OnClose(WebConnection connection) override;
   [[nodiscard]] bool OnTick() override;
 
  private:
@@ -62,6 +66,7 @@ class WebApp final : public WebServices {
     MonoNs window = 0;  // start of the second in which its frames are counted
     int frames = 0;
     bool too_many = false;
+    bool answer_is_next = false;  // of the fleet
   };
 
   [[nodiscard]] WebAnswer Get(const WebRequest& request) const;
@@ -69,7 +74,6 @@ class WebApp final : public WebServices {
   [[nodiscard]] WebAnswer File(std::string_view name, const WebRequest& request) const;
   [[nodiscard]] WebAnswer SignInPage() const;
   [[nodiscard]] WebAnswer Metrics(const WebRequest& request) const;
-  [[nodiscard]] WebAnswer Health() const;
   [[nodiscard]] const PageFile* Find(std::string_view name) const;
   [[nodiscard]] WebModel& ModelOf(Client& client) const {
     return client.player ? client.player->model() : *parts_.live;
@@ -78,6 +82,8 @@ class WebApp final : public WebServices {
   [[nodiscard]] bool TakesFrame(Client& client) const;
   [[nodiscard]] bool PlaybackIsDue(Client& client) const;
   [[nodiscard]] Result<> Execute(Client& client, const PageRequest& request) const;
+  [[nodiscard]] std::optional<std::string> TakeAnswer(WebConnection connection) const;
+  [[nodiscard]] Result<> AskFleet(WebConnection connection, const FleetRequest& request) const;
 
   WebSiteParts parts_;
   std::map<WebConnection, Client> clients_;

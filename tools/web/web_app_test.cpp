@@ -5,6 +5,7 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "tests/support/fake_clock.h"
 #include "tools/log/log_fixture.h"
@@ -24,7 +25,7 @@ class WebSiteTest : public ::testing::Test {
  protected:
   WebSiteTest() { Build({}); }
 
-  void Build(WebAccess::Rules rules) {
+  void Build(WebAccess::Rules rules, FleetWorker* fleet = nullptr) {
     access_ = std::make_unique<WebAccess>(rules, Secret(kToken));
     WebSiteParts parts;
     parts.clock = &clock_;
@@ -32,6 +33,7 @@ class WebSiteTest : public ::testing::Test {
     parts.files = files_;
     parts.max_clients = 2;
     parts.live = &model_;
+    parts.fleet = fleet;
     parts.tick = [] { return true; };
     parts.problem = [this] { return problem_; };
     parts.metrics = [] { return std::string("axlecast_up 1\n"); };
@@ -208,6 +210,35 @@ TEST_F(WebSiteTest, ItsPolicyAllowsNothingOfOthers) {
   EXPECT_THAT(policy, HasSubstr("default-src 'none'"));
   EXPECT_THAT(policy, Not(HasSubstr("unsafe")));
   EXPECT_THAT(policy, HasSubstr("frame-ancestors 'none'"));
+}
+
+TEST_F(WebSiteTest, WithoutAFleetItsQuestionsAreRefused) {
+  site_->OnOpen(1);
+  while (NextType(1) != "") {
+  }
+  site_->OnFrame(1, R"({"type":"fleet_machines","id":1})");
+  EXPECT_THAT(site_->NextFrame(1).text.value_or(""), HasSubstr("--fleet"));
+}
+
+TEST_F(WebSiteTest, AnswersOfTheFleetComeBetweenLiveFramesAndToTheBrowserThatAsked) {
+  FleetWorker worker(
+      [](const FleetRequest& request) { return R"({"type":"answer","id":)" + std::to_string(request.id) + '}'; },
+      [] {});
+  Build({}, &worker);
+  for (const WebConnection browser : {WebConnection{1}, WebConnection{2}}) {
+    site_->OnOpen(browser);
+    while (NextType(browser) != "") {
+    }
+  }
+  site_->OnFrame(1, R"({"type":"fleet_machines","id":7})");
+  std::string type;
+  while ((type = NextType(1)).empty()) std::this_thread::yield();
+  EXPECT_EQ(type, "answer");
+  EXPECT_EQ(NextType(2), "");
+  for (std::size_t i = 0; i <= FleetWorker::kMaxOpen; ++i) site_->OnFrame(1, R"({"type":"fleet_machines","id":8})");
+  EXPECT_EQ(NextType(1), "error") << "one question too many: live frames come first";
+  site_->OnClose(1);
+  EXPECT_EQ(worker.Take(1), std::nullopt);
 }
 
 }  // namespace

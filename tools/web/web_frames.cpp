@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <iterator>
@@ -14,14 +13,13 @@
 #include "core/messages/enum_names.h"
 #include "core/messages/json/field.h"
 #include "core/messages/json/message_json.h"
+#include "core/messages/json/number_list.h"
 #include "tools/monitor/trip_margins.h"
 
 namespace axlecast {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr int kDigits = 10;  // of a sample: more than any device measures
 
 const DeviceConfig* ConfigOf(const MachineConfig& machine, std::string_view name) {
   const BusConfig* bus = machine.BusOf(name);
@@ -83,28 +81,6 @@ Json HelloBus(const BusView& bus, const DevicesOfBuses& devices_of, const Machin
           {"simulated", config != nullptr && config->simulate},
           {"host", host != nullptr ? Json(host->name) : Json(nullptr)},
           {"devices", std::move(devices)}};
-}
-
-// Appends the number, or null if it is not finite.
-void AppendNumber(std::string& text, double value) {
-  if (!std::isfinite(value)) {
-    text += "null";
-    return;
-  }
-  std::array<char, 40> digits{};
-  const auto end =
-      std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::general, kDigits);
-  text.append(digits.data(), end.ptr);
-}
-
-template <typename Append>
-void AppendList(std::string& text, std::uint64_t begin, std::uint64_t end, const Append& append) {
-  text += '[';
-  for (std::uint64_t row = begin; row < end; ++row) {
-    if (row != begin) text += ',';
-    append(row);
-  }
-  text += ']';
 }
 
 // ---- state ----
@@ -300,10 +276,10 @@ std::vector<WebColumn> ColumnsOf(const DeviceView& device, std::int8_t unit) {
 }
 
 std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std::string_view version,
-                       const std::optional<WebLogFacts>& log) {
-  Json json = {
-      {"type", "hello"},  {"version", version}, {"machine", machine.machine}, {"mode", log ? "log" : "live"},
-      {"history_s", 300}, {"log", nullptr}};
+                       const std::optional<WebLogFacts>& log, WebFleet fleet) {
+  const char* const mode = log ? "log" : fleet == WebFleet::kOnly ? "fleet" : "live";
+  Json json = {{"type", "hello"},  {"version", version}, {"machine", machine.machine},       {"mode", mode},
+               {"history_s", 300}, {"log", nullptr},     {"fleet", fleet != WebFleet::kNone}};
   if (log) {
     json["log"] = {{"files", log->files}, {"first_utime", log->first_utime}, {"last_utime", log->last_utime}};
   }
@@ -335,8 +311,8 @@ std::string StateFrame(const Monitor& monitor, WebTimestamp now) {
 
 std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,
                         const std::set<std::string>& before) {
-  static constexpr std::array<std::string_view, 6> kSources = {"device", "driver",   "bus",
-                                                               "bridge", "recorder", "mqtt"};
+  static constexpr std::array<std::string_view, 7> kSources = {"device",   "driver", "bus", "bridge",
+                                                               "recorder", "mqtt",   "ship"};
   Json entries = Json::array();
   Json appeared = Json::array();
   std::set<std::string> gone = before;

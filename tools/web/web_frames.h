@@ -24,6 +24,9 @@ struct WebTimestamp {
   std::int64_t utime = 0;
 };
 
+// Whether the server answers questions to a fleet database, and whether it shows anything else.
+enum class WebFleet : std::uint8_t { kNone, kBeside, kOnly };
+
 struct WebLogFacts {
   std::vector<std::string> files;
   std::int64_t first_utime = 0;
@@ -39,7 +42,7 @@ struct WebColumn {
 
 // `machine`: from the machine file. Devices that it does not list are known only from messages.
 [[nodiscard]] std::string HelloFrame(const Monitor& monitor, const MachineConfig& machine, std::string_view version,
-                                     const std::optional<WebLogFacts>& log);
+                                     const std::optional<WebLogFacts>& log, WebFleet fleet = WebFleet::kNone);
 [[nodiscard]] std::string StateFrame(const Monitor& monitor, WebTimestamp now);
 // `before`: the alarm names in the previous frame.
 [[nodiscard]] std::string AlarmsFrame(std::string_view device, const AlarmView& alarms, std::int64_t utime,

@@ -40,10 +40,13 @@ class WebModel {
   void Tick(MonoNs now) { monitor_.Tick(now); }
   void OnReception(const ReceptionCounts& counts) { monitor_.OnReception(counts); }
 
+  // States in Hello what the server shows of a fleet. Call it before the first browser connects.
+  void SetFleet(WebFleet fleet) { fleet_ = fleet; }
+
   [[nodiscard]] const Monitor& monitor() const { return monitor_; }
   // Increases when the content of Hello changes.
   [[nodiscard]] std::uint64_t layout() const { return monitor_.machine().layout(); }
-  [[nodiscard]] std::string Hello() const { return HelloFrame(monitor_, machine_, version_, log_); }
+  [[nodiscard]] std::string Hello() const { return HelloFrame(monitor_, machine_, version_, log_, fleet_); }
   // Returns the state frame; of a live machine, at most 200 ms old.
   [[nodiscard]] const std::string& State(WebTimestamp now);
 
@@ -73,6 +76,7 @@ class WebModel {
   const MachineConfig& machine_;
   std::string version_;
   std::optional<WebLogFacts> log_;
+  WebFleet fleet_ = WebFleet::kNone;
   const std::int64_t clock_id_;
   Monitor monitor_;
   UnixTimes unix_times_;

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { extent, fitAxis, traceCurve } from "../../../tools/web/page/curve.js";
+import { extent, fitAxis, traceBand, traceCurve } from "../../../tools/web/page/curve.js";
 
 class Pen {
   constructor() {
@@ -13,6 +13,10 @@ class Pen {
 
   lineTo(x, y) {
     this.strokes.at(-1).push([x, y]);
+  }
+
+  closePath() {
+    this.strokes.at(-1).push("closed");
   }
 }
 
@@ -167,4 +171,22 @@ test("the noise of a standing shaft does not fill the axis", () => {
   assert.ok(axis.high - axis.low >= 0.01 && axis.low < 5 && axis.high > 5);
   const before = { ...axis };
   assert.deepEqual(fitAxis(axis, { low: NaN, high: NaN }, 1), before);
+});
+
+test("the band of intervals is an area, interrupted where the curve is", () => {
+  const pen = traceBand(
+    new Pen(),
+    Float64Array.of(0, 1, 2, 3, 9, 10),
+    Float64Array.of(1, 2, NaN, 4, 5, 6),
+    Float64Array.of(11, 12, NaN, 14, 15, 16),
+    0,
+    5,
+    AXES,
+    3,
+  );
+  assert.deepEqual(pen.strokes, [
+    [[0, 89], [10, 88], [10, 98], [0, 99], "closed"],
+    [[30, 86], [30, 96], "closed"],
+    [[90, 85], [100, 84], [100, 94], [90, 95], "closed"],
+  ]);
 });

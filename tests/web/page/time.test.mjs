@@ -8,7 +8,8 @@ test("marks of time stand at round instants, no closer than asked for", () => {
   assert.equal(timeStep(10, 8), 2);
   assert.equal(timeStep(60, 8), 10);
   assert.equal(timeStep(0.1, 8), 0.02);
-  assert.equal(timeStep(1e9, 8), 86400);
+  assert.equal(timeStep(7 * 86400, 8), 86400);
+  assert.equal(timeStep(1e9, 8), 31536000);
   assert.deepEqual(timeMarks(11.5, 17, 2), [12, 14, 16]);
   assert.deepEqual([2, 0.5, 0.02, 0.005].map(stepDigits), [0, 1, 2, 3]);
 });

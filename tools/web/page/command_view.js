@@ -6,7 +6,7 @@ import { dateText, duration, timeOfDay } from "./numbers.js";
 import { outcomeLook, outcomeWord, readable, sentence } from "./words.js";
 
 class CommandRow {
-  constructor(command) {
+  constructor(command, linkOf) {
     this.badge = new StateBadge();
     this.text = element("p");
     this.changes = element("p.changes");
@@ -18,7 +18,7 @@ class CommandRow {
       element(
         "th",
         { scope: "row" },
-        element("a", { href: `#device/${encodeURIComponent(command.device)}` }, command.device),
+        element("a", { href: linkOf(command.device) }, command.device),
       ),
       element(
         "td.operation",
@@ -48,14 +48,14 @@ class CommandRow {
   }
 }
 
-export class CommandView {
-  constructor(machine) {
-    this.machine = machine;
+// Commands in a table, the newest first. `linkOf(device)`: the address of a device.
+export class CommandTable {
+  constructor(emptyText, linkOf) {
     this.rows = element("tbody");
     this.list = new KeyedList(
       this.rows,
       (command) => command.id,
-      (command) => new CommandRow(command),
+      (command) => new CommandRow(command, linkOf),
     );
     const heads = ["Time", "Device", "Operation", "Outcome", "What happened", "Took"];
     this.table = element(
@@ -64,28 +64,31 @@ export class CommandView {
       element("thead", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head)))),
       this.rows,
     );
-    this.empty = element(
-      "p.empty",
-      {},
+    this.empty = element("p.empty", {}, emptyText);
+    this.root = element("div", {}, this.empty, element("div.panel.scroll", {}, this.table));
+  }
+
+  update(commands) {
+    const newest = [...commands].sort((a, b) => (b.started_utime || b.utime) - (a.started_utime || a.utime));
+    this.list.update(newest);
+    setHidden(this.empty, newest.length > 0);
+    setHidden(this.table, newest.length === 0);
+  }
+}
+
+export class CommandView {
+  constructor(machine) {
+    this.machine = machine;
+    this.table = new CommandTable(
       "No command was seen. Commands are given with the axlecast program, for example: axlecast zero axis1",
+      (device) => `#device/${encodeURIComponent(device)}`,
     );
-    this.root = element(
-      "div.command-view",
-      {},
-      element("h2", {}, "Commands"),
-      this.empty,
-      element("div.panel.scroll", {}, this.table),
-    );
+    this.root = element("div.command-view", {}, element("h2", {}, "Commands"), this.table.root);
   }
 
   update() {
     if (this.shown === this.machine.revision.commands) return;
     this.shown = this.machine.revision.commands;
-    const commands = [...this.machine.commands.values()].sort(
-      (a, b) => (b.started_utime || b.utime) - (a.started_utime || a.utime),
-    );
-    this.list.update(commands);
-    setHidden(this.empty, commands.length > 0);
-    setHidden(this.table, commands.length === 0);
+    this.table.update(this.machine.commands.values());
   }
 }

@@ -63,6 +63,26 @@ export function traceCurve(path, time, values, first, last, axes, gap) {
   lift();
 }
 
+// Draws the area between `low` and `high` of intervals first..last onto `path`, which is returned. It is interrupted as the
+// curve is.
+export function traceBand(path, time, low, high, first, last, axes, gap) {
+  const { left, perSecond, x0, low: least, perUnit, y0 } = axes;
+  const x = (i) => x0 + (time[i] - left) * perSecond;
+  const y = (value) => y0 - (value - least) * perUnit;
+  const isUnknown = (i) => Number.isNaN(low[i]);
+  for (let i = first; i <= last; i += 1) {
+    if (isUnknown(i)) continue;
+    let end = i;
+    while (end < last && !isUnknown(end + 1) && time[end + 1] - time[end] < gap) end += 1;
+    path.moveTo(x(i), y(high[i]));
+    for (let at = i + 1; at <= end; at += 1) path.lineTo(x(at), y(high[at]));
+    for (let at = end; at >= i; at -= 1) path.lineTo(x(at), y(low[at]));
+    path.closePath();
+    i = end;
+  }
+  return path;
+}
+
 // Least and most of values first..last into `range`, which is returned; NaN when there is none.
 export function extent(values, first, last, range) {
   range.low = NaN;

@@ -19,6 +19,21 @@ const REQUIRED = {
   },
   command: { id: "string", utime: "number", device: "string", operation: "string", state: "string", changes: "array" },
   playback: { utime: "number", playing: "boolean", speed: "number" },
+  fleet_machines: { id: "number", utime: "number", more: "boolean", machines: "array" },
+  fleet_devices: { id: "number", utime: "number", more: "boolean", devices: "array" },
+  fleet_alarms: { id: "number", utime: "number", more: "boolean", alarms: "array" },
+  fleet_commands: { id: "number", utime: "number", more: "boolean", commands: "array" },
+  fleet_trips: { id: "number", utime: "number", more: "boolean", trips: "array" },
+  fleet_curve: {
+    id: "number",
+    column: "string",
+    unit: "string",
+    step_us: "number",
+    t0_utime: "number",
+    dt_us: "array",
+    value: "array",
+  },
+  fleet_error: { id: "number", away: "boolean", text: "string" },
   reset: {},
   error: { text: "string" },
 };
@@ -49,5 +64,6 @@ export const encode = {
   seek: (utime) => JSON.stringify({ type: "seek", utime: Math.round(utime) }),
   play: () => JSON.stringify({ type: "play" }),
   pause: () => JSON.stringify({ type: "pause" }),
+  fleet: (question) => JSON.stringify(question),
   speed: (factor) => JSON.stringify({ type: "speed", factor }),
 };

@@ -5,6 +5,8 @@ import { BusView } from "./bus_view.js";
 import { ChartView } from "./chart_view.js";
 import { CommandView } from "./command_view.js";
 import { DeviceView } from "./device_view.js";
+import { FleetClient } from "./fleet_client.js";
+import { FleetView } from "./fleet_view.js";
 import { encode } from "./frames.js";
 import { Link } from "./link.js";
 import { Machine } from "./machine.js";
@@ -27,14 +29,18 @@ const navigate = (address) => {
   location.hash = address;
 };
 
+const note = (address) => history.replaceState(null, "", address);
+const fleet = new FleetClient((text) => link.send(text));
+
 const views = {
   machine: new MachineView(machine),
-  charts: new ChartView(machine, time, (address) => history.replaceState(null, "", address)),
+  charts: new ChartView(machine, time, note),
   buses: new BusView(machine),
   trips: new TripView(machine, navigate),
   commands: new CommandView(machine),
   recorders: new RecorderView(machine),
   device: new DeviceView(machine, time),
+  fleet: new FleetView(fleet, time, { navigate, note }),
 };
 
 const main = document.getElementById("main");
@@ -43,7 +49,7 @@ const head = new PageHead(
   machine,
   () => link,
   themeButton(() => {
-    for (const view of [views.charts, views.device]) view.stack.recolour();
+    for (const view of [views.charts, views.device, views.fleet]) view.stack.recolour();
   }),
 );
 const playback = new PlaybackBar(machine, clock, (text) => link.send(text));
@@ -54,15 +60,17 @@ let current = null;
 let isNew = true; // something came since the last frame was drawn
 
 function show() {
-  const [, name = "machine", rest] = location.hash.match(/^#([a-z]+)(?:\/(.*))?$/) ?? [];
-  const view = views[name] ?? views.machine;
-  view.open?.(rest);
+  const isFleet = machine.hello?.mode === "fleet"; // then there is nothing else
+  const [, asked = "machine", rest] = location.hash.match(/^#([a-z]+)(?:\/(.*))?$/) ?? [];
+  const name = isFleet ? "fleet" : asked in views ? asked : "machine";
+  const view = views[name];
+  view.open?.(asked === name ? rest : undefined);
   if (view !== current) {
     current = view;
     main.replaceChildren(view.root);
     main.scrollTop = 0;
   }
-  head.goTo(name in views ? name : "machine");
+  head.goTo(name);
   document.title = `${machine.hello?.machine ?? "axlecast"} · ${name === "device" ? decodeURIComponent(rest ?? "") : name}`;
   isNew = true;
 }
@@ -84,7 +92,7 @@ const handlers = {
     show();
   },
   state: (frame) => {
-    if (machine.hello?.mode === "live") clock.hear(frame.utime, performance.now());
+    if (machine.hello?.mode !== "log") clock.hear(frame.utime, performance.now());
   },
   alarms: (frame) => announcer.hear(frame),
   playback: (frame) => clock.hear(frame.utime, performance.now(), frame.playing ? frame.speed : 0),
@@ -107,9 +115,11 @@ const link = new Link(
       machine.connected();
       announcer.forget();
       clock.forget();
+      fleet.connected();
+      views.fleet.connected();
     },
     frame: (frame) => {
-      machine.apply(frame);
+      if (!fleet.hear(frame)) machine.apply(frame);
       handlers[frame.type]?.(frame);
       isNew = true;
     },

@@ -12,7 +12,10 @@ const VIEWS = [
   ["trips", "Trips"],
   ["commands", "Commands"],
   ["recorders", "Recording"],
+  ["fleet", "Fleet"],
 ];
+
+const MODE_WORDS = { log: "Log", fleet: "Connected" };
 
 export class PageHead {
   constructor(machine, link, themeButton) {
@@ -56,7 +59,9 @@ export class PageHead {
 
   update(nowUtime) {
     const { machine, link } = this;
-    setText(this.name, machine.hello?.machine ?? "");
+    const isFleet = machine.hello?.mode === "fleet";
+    setText(this.name, isFleet ? "Fleet" : (machine.hello?.machine ?? ""));
+    for (const [view, anchor] of this.links) setHidden(anchor, view === "fleet" ? !machine.hello?.fleet : isFleet);
     setHidden(this.simulated, !machine.isSimulated);
     const { dropped } = machine;
     setHidden(this.dropped, dropped === 0);
@@ -64,7 +69,7 @@ export class PageHead {
     this.dropped.title = "This browser was too slow for them. Alarms and states are never left out.";
     this.#countAlarms();
     const isFresh = link().state === "open" && !link().isSilent;
-    const word = isFresh ? (machine.hello?.mode === "log" ? "Log" : "Live") : "Old";
+    const word = isFresh ? (MODE_WORDS[machine.hello?.mode] ?? "Live") : "Old";
     setText(this.freshness, word);
     setAttribute(this.freshness, "data-fresh", isFresh);
     setText(this.clock, machine.state ? `${timeOfDay(nowUtime)} ${zoneText(nowUtime)}` : "");

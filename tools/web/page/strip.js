@@ -1,9 +1,9 @@
 // One strip: the curve of one quantity of one device over the stack's stretch of time, with its name and a read-out.
 
 import uPlot from "./uPlot.esm.js";
-import { extent, fitAxis, traceCurve } from "./curve.js";
+import { extent, fitAxis, traceBand, traceCurve } from "./curve.js";
 import { element, setHidden, setText, setUnit } from "./dom.js";
-import { UNKNOWN, count, quantity, timeOfDay, unitText } from "./numbers.js";
+import { UNKNOWN, count, dateText, quantity, timeOfDay, unitText } from "./numbers.js";
 import { stepDigits, timeMarks, timeStep } from "./time_axis.js";
 import { columnWord } from "./words.js";
 
@@ -37,6 +37,7 @@ export class Strip {
     this.yRange = [0, 1];
     this.xRange = [0, 1];
     this.range = { low: 0, high: 0 };
+    this.upper = { low: 0, high: 0 };
     this.colours = {};
     this.seen = undefined;
     this.#makeParts();
@@ -104,7 +105,7 @@ export class Strip {
           gap: 6,
           splits: (plot, index, left, right) => this.#timeMarks(plot, left, right),
           values: (plot, marks) =>
-            withTime ? marks.map((mark) => timeOfDay(Math.round(mark * 1e6), this.digits)) : marks.map(() => ""),
+            withTime ? marks.map((mark) => this.#timeText(mark)) : marks.map(() => ""),
         },
         {
           size: AXIS_WIDTH,
@@ -124,6 +125,7 @@ export class Strip {
           scale: "y",
           width: 1.6,
           stroke: () => this.colours.curve,
+          fill: () => this.colours.band,
           points: { show: false },
           paths: (plot) => this.#outline(plot),
         },
@@ -135,7 +137,13 @@ export class Strip {
   #timeMarks(plot, left, right) {
     const step = timeStep(right - left, Math.max(2, plot.bbox.width / uPlot.pxRatio / MARK_EVERY_PX));
     this.digits = stepDigits(step);
+    this.hasDays = step >= 86400;
     return timeMarks(left, right, step);
+  }
+
+  #timeText(mark) {
+    const utime = Math.round(mark * 1e6);
+    return this.hasDays ? dateText(utime) : timeOfDay(utime, this.digits);
   }
 
   #outline(plot) {
@@ -144,23 +152,19 @@ export class Strip {
     const [from, to] = this.xRange;
     const first = Math.max(0, this.samples.lowerBound(from) - 1);
     const last = Math.min(this.samples.length - 1, this.samples.lowerBound(to));
-    traceCurve(
-      stroke,
-      this.samples.time,
-      this.samples.column(this.channel.column),
-      first,
-      last,
-      {
-        left: from,
-        perSecond: width / (to - from),
-        x0: left,
-        low: this.yRange[0],
-        perUnit: height / (this.yRange[1] - this.yRange[0]),
-        y0: top + height,
-      },
-      this.gap,
-    );
-    return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 0 };
+    const axes = {
+      left: from,
+      perSecond: width / (to - from),
+      x0: left,
+      low: this.yRange[0],
+      perUnit: height / (this.yRange[1] - this.yRange[0]),
+      y0: top + height,
+    };
+    const { time } = this.samples;
+    traceCurve(stroke, time, this.samples.column(this.channel.column), first, last, axes, this.gap);
+    const [low, high] = ["low", "high"].map((name) => this.samples.column(name));
+    const fill = low ? traceBand(new Path2D(), time, low, high, first, last, axes, this.gap) : null;
+    return { stroke, fill, clip: null, band: null, gaps: null, flags: 0 };
   }
 
   // Colours as the style sheet has them now. Of the plot's place, `color` is that of the grid.
@@ -168,6 +172,7 @@ export class Strip {
     const colour = (node, property) => getComputedStyle(node)[property];
     this.colours = {
       curve: colour(this.swatch, "backgroundColor"),
+      band: colour(this.swatch, "outlineColor"),
       grid: colour(this.plotPlace, "color"),
       label: colour(this.quantity, "color"),
     };
@@ -177,9 +182,10 @@ export class Strip {
     if (width !== this.plot.width || height !== this.plot.height) this.plot.setSize({ width, height });
   }
 
-  // `samples` of the device (undefined: none yet); `maxAge`: what it calls an old reading, in µs.
+  // `samples` of the device (undefined: none yet); `maxAge`: what it calls an old reading, in µs. Samples of intervals have
+  // the columns `low` and `high` beside that of the quantity, and know their own `gap` in s.
   draw(samples, from, to, maxAge) {
-    this.gap = Math.max(SHORTEST_GAP_S, (3 * (maxAge ?? 0)) / 1e6);
+    this.gap = samples?.gap ?? Math.max(SHORTEST_GAP_S, (3 * (maxAge ?? 0)) / 1e6);
     this.xRange[0] = from;
     this.xRange[1] = to;
     const isNew = samples !== this.samples || samples?.version !== this.seen;
@@ -198,10 +204,13 @@ export class Strip {
   }
 
   #fit() {
-    const values = this.samples.column(this.channel.column);
-    const first = this.samples.lowerBound(this.xRange[0]);
-    const last = this.samples.lowerBound(this.xRange[1]) - 1;
-    extent(values, first, last, this.range);
+    const { samples, range } = this;
+    const values = samples.column(this.channel.column);
+    const first = samples.lowerBound(this.xRange[0]);
+    const last = samples.lowerBound(this.xRange[1]) - 1;
+    extent(samples.column("low") ?? values, first, last, range);
+    const highest = samples.column("high");
+    if (highest) range.high = extent(highest, first, last, this.upper).high;
     fitAxis(this.axis, this.range, LEAST_SPAN[this.channel.unit] ?? 1e-3);
     this.yRange[0] = this.axis.low;
     this.yRange[1] = this.axis.high;

@@ -21,10 +21,13 @@ const NO_CURVES =
 
 export class StripStack {
   // `time`: {now(): the server's instant in s, 0 unknown; speed(): of its time against ours}.
-  constructor(machine, time) {
+  // `spans`: choices of the time shown, in s; `longest`: the most of it; `behind`: how old the right edge is.
+  constructor(machine, time, { spans = SPANS, longest = LONGEST_S, behind = BEHIND_S } = {}) {
     this.machine = machine;
     this.time = time;
-    this.window = new TimeWindow(10, LONGEST_S);
+    this.spans = spans;
+    this.behind = behind;
+    this.window = new TimeWindow(10, longest);
     this.strips = [];
     this.channels = [];
     this.cursorShare = null; // place of the cursor, 0 left to 1 right
@@ -45,7 +48,7 @@ export class StripStack {
   }
 
   get now() {
-    return this.time.now() - BEHIND_S * Math.max(1, this.time.speed());
+    return this.time.now() - this.behind * Math.max(1, this.time.speed());
   }
 
   #button(name, label, act) {
@@ -148,6 +151,11 @@ export class StripStack {
 
   // -- drawing
 
+  // Samples of a device, or of one channel alone.
+  #samplesOf({ channel }) {
+    return this.machine.samples.get(channel.source ?? channel.device);
+  }
+
   // Once a frame, of which `frameMs` is the time. Thirty pictures a second are smooth, and leave a tablet its battery.
   draw(frameMs) {
     if (this.strips.length === 0 || this.time.now() === 0) return;
@@ -157,7 +165,7 @@ export class StripStack {
     const pixel = this.window.span / Math.max(1, width);
     const right = Math.floor(this.window.right(now) / pixel) * pixel;
     const version = this.strips.reduce(
-      (sum, strip) => sum + (this.machine.samples.get(strip.channel.device)?.version ?? 0),
+      (sum, strip) => sum + (this.#samplesOf(strip)?.version ?? 0),
       0,
     );
     const isNew = this.stale || right !== this.right || version !== this.version;
@@ -169,7 +177,7 @@ export class StripStack {
     const from = right - this.window.span;
     for (const strip of this.strips) {
       strip.draw(
-        this.machine.samples.get(strip.channel.device),
+        this.#samplesOf(strip),
         from,
         right,
         this.machine.stateOf.device.get(strip.channel.device)?.max_age_us,
@@ -200,7 +208,7 @@ export class StripStack {
     if (this.shownSpan === span) return;
     this.shownSpan = span;
     setAttribute(this.root, "data-span", span.toFixed(3));
-    const choices = SPANS.includes(span) ? SPANS : [...SPANS, span].sort((a, b) => a - b);
+    const choices = this.spans.includes(span) ? this.spans : [...this.spans, span].sort((a, b) => a - b);
     this.span.replaceChildren(
       ...choices.map((choice) =>
         element("option", { value: String(choice), selected: choice === span }, spanText(choice)),
@@ -286,6 +294,8 @@ export class StripStack {
 }
 
 function spanText(span) {
+  if (span >= 86400 && span % 86400 === 0) return `${span / 86400} d`;
+  if (span >= 3600 && span % 3600 === 0) return `${span / 3600} h`;
   if (span >= 60 && span % 60 === 0) return `${span / 60} min`;
   return span >= 10 || Number.isInteger(span) ? `${Math.round(span)} s` : `${span.toFixed(2)} s`;
 }
