@@ -15,6 +15,7 @@ import tempfile
 import time
 
 import axes_bench
+import fleet_queries
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
 import record_bench
@@ -22,7 +23,7 @@ import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
 TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "permits", "decode", "stream", "poll", "guest", "replay", "seek",
-           "record", "ticks", "buses", "axes")
+           "record", "ticks", "buses", "axes", "fleet")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -384,6 +385,9 @@ buses:
 
     def axes(self):
         axes_bench.measure(self)
+
+    def fleet(self):
+        fleet_queries.measure(self.report, 10**7 if self.options.quick else 10**9)
 
     def guest(self):
         """In QEMU, which has CAN and SPI; only figures of the same run can be compared."""

@@ -27,6 +27,7 @@ WORLDS = [
      r"platform/os/(process(_test)?|mapped_file)\.cpp|tools/doctor/host/host\.cpp"
      r"|tools/axlecast/run/(process_supervisor|simulation_server)\.cpp|tests/time_guests/clock_page\.h"
      r"|tests/disk/limited_files\.h|bench/.*"),
+    ("PostgreSQL", r"libpq-fe\.h", r"platform/db/.*"),
     ("SQLite", r"sqlite3\.h", r"bridge/store/database\.cpp"),
     ("HTTP and WebSockets", r"libwebsockets\.h", r"platform/net/web_server\.cpp"),
     ("systemd", r"systemd/", r"platform/os/process\.cpp"),
@@ -34,7 +35,7 @@ WORLDS = [
 # What every tool may include.
 BESIDE_TOOLS = ("core", "platform", "client", "bridge/store", "drivers/hal", "drivers/kit")
 LIBRARIES_OF_TOOLS = tuple(f"tools/{name}" for name in (
-    "convert", "doctor", "log", "metrics", "monitor", "mqtt", "recorder", "redecode", "replay", "scan", "service", "web"))
+    "convert", "doctor", "fleet", "log", "metrics", "monitor", "mqtt", "recorder", "redecode", "replay", "scan", "service", "web"))
 # The folders of tools/axlecast, and which of the others each may include.
 SUBCOMMANDS = [
     ("common", ()),
@@ -43,8 +44,9 @@ SUBCOMMANDS = [
     ("logs", ("common",)),
     ("command", ("common", "live")),
     ("run", ("common", "live", "logs")),
+    ("fleet", ("common", "logs", "run")),
     ("device_data", ("common", "live", "command")),
-    ("setup", ("common", "live", "logs", "command", "run", "device_data")),
+    ("setup", ("common", "live", "logs", "command", "run", "fleet", "device_data")),
 ]
 # A room, and what it may include beside itself. The first that begins a file's path counts.
 ROOMS = [
@@ -57,6 +59,7 @@ ROOMS = [
     ("core/alarm", ("core/base", "core/device", "core/messages", "core/command", "core/config")),
     ("platform/os", ("core",)),
     ("platform/net", ("core", "platform/os")),
+    ("platform/db", ("core", "platform/os")),
     ("drivers/protocol", ("core",)),
     ("drivers/kit", ("core", "drivers/protocol")),
     ("drivers/hal", ("core", "platform", "drivers/protocol")),

@@ -16,7 +16,7 @@ import unittest
 PACKAGES = pathlib.Path(os.environ["AXLECAST_PACKAGES"])
 LIMIT = float(os.environ.get("AXLECAST_LIMIT", 60))  # s, generous: a slow, shared machine must pass
 CONFIG = "/etc/axlecast/machine.yaml"
-ACCOUNTS = [f"axlecast-{name}" for name in ("bridge", "drivers", "record", "web", "mqtt", "multicast")]
+ACCOUNTS = [f"axlecast-{name}" for name in ("bridge", "drivers", "record", "ship", "web", "mqtt", "multicast")]
 # What dpkg and its helpers keep of their own: their database, logs and caches.
 OTHERS = re.compile(r"var/lib/(dpkg|apt|systemd|ucf)/|var/log/(dpkg\.log|alternatives\.log)$|var/cache/|etc/\.pwd\.lock$|"
                     r"etc/(passwd|group|shadow|gshadow)-$|(tmp|proc|dev|sys|root)/|packages/")

@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""rates.py [--seconds S] [--pairs N]: one machine of 10 axes at 250 Hz is recorded for S seconds while it is shipped, then its logs are shipped
+again into an empty database, beside a bare COPY of the same samples as rows. Prints CPU time of the shipper, how far behind it was, bytes a
+sample, the speed of backfill, and its ratio to the bare COPY. Exits 1 only if samples are missing.
+
+Run in a network of its own with AXLECAST_BIN, AXLECAST_CAMPAIGN and PYTHONPATH as the tests of this folder (tools/campaign fleet)."""
+
+import argparse
+import json
+import os
+import pathlib
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine
+from cluster import Cluster
+
+AXES, RATE = 10, 250
+TABLES = ("position_chunk", "position_second", "position_minute")
+
+
+def cpu_seconds(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+class Rates:
+    def __init__(self, server, folder, options):
+        self.server = server
+        self.options = options
+        self.machine = Machine(folder, 1, AXES, server.connection())
+
+    def init(self, name):
+        self.server.sql(f"DROP DATABASE IF EXISTS {name}", database="postgres")
+        self.server.create_database(name)
+        subprocess.run([BIN / "axlecast", "fleet", "init", self.server.connection(name)], check=True, stdout=subprocess.DEVNULL)
+
+    def live(self):
+        """Records and ships at once. Returns the number of samples that were sent."""
+        self.init("axlecast")
+        self.machine.start("record")
+        while "start" not in (self.machine.folder / "record.log").read_text():
+            time.sleep(0.1)
+        self.machine.start("ship")
+        done = subprocess.run([CAMPAIGN / "fleet_machines", "1", str(AXES), str(RATE), str(self.options.seconds), str(FIRST_PORT), "m"],
+                              stdout=subprocess.PIPE, text=True, check=True)
+        cpu = cpu_seconds(self.machine.processes["ship"].pid)
+        behind = float(self.server.value("SELECT extract(epoch FROM lag) FROM axlecast.fleet_status"))
+        sent = sum(axis["positions"] for axis in json.loads(done.stdout)["machines"][0]["axes"].values())
+        print(f"shipper, live at {AXES * RATE} samples/s: {100 * cpu / self.options.seconds:.2f} % of a core (target 3), "
+              f"{behind:.1f} s behind at the end (target 2)")
+        self.machine.stop("record")
+        self.machine.stop("ship")
+        return sent
+
+    def ship(self, name):
+        """Ships the logs into an empty database. Returns the seconds."""
+        self.init(name)
+        begin = time.monotonic()
+        done = subprocess.run([BIN / "axlecast", "ship", self.machine.config, "--database", self.server.connection(name), "--state",
+                               self.machine.folder / f"state-{name}", "--once", "--json"], capture_output=True, text=True, check=False)
+        seconds = time.monotonic() - begin
+        if done.returncode not in (0, 3):
+            raise RuntimeError(done.stderr)
+        return seconds
+
+    def copy(self, file, table, columns):
+        """Returns the seconds of a bare COPY of a file into an empty table."""
+        self.server.sql(f"DROP TABLE IF EXISTS {table}; CREATE TABLE {table} ({columns})", database="bare")
+        begin = time.monotonic()
+        self.server.sql(f"COPY {table} FROM '{file}' (FORMAT binary)", database="bare")
+        return time.monotonic() - begin
+
+    def measure(self):
+        sent = self.live()
+        self.ship("backfill")
+        stored = int(self.server.value("SELECT sum(n) FROM axlecast.position_chunk", database="backfill"))
+        size = int(self.server.value("SELECT sum(pg_total_relation_size(inhrelid)) FROM pg_inherits WHERE inhparent IN "
+                                     "('axlecast.position_chunk'::regclass, 'axlecast.position_second'::regclass)"))
+        bodies = int(self.server.value("SELECT sum(length(body)) FROM axlecast.position_chunk"))
+        live = int(self.server.value("SELECT sum(n) FROM axlecast.position_chunk"))
+        print(f"bytes a sample, shipped live: {size / live:.2f} with heads, roll-up of 1 s and indexes (target 5), of which bodies {bodies / live:.2f}")
+        # The same samples as rows, without any index.
+        rows = pathlib.Path(self.server.folder) / "rows"
+        self.server.sql("COPY (SELECT s.t, s.counts, s.flags, s.stream FROM axlecast.device d JOIN axlecast.machine m ON m.id = d.machine, "
+                        "axlecast.samples(m.name, d.name, now() - interval '1 day', now()) s) "
+                        f"TO '{rows}' (FORMAT binary)", database="backfill")
+        self.server.create_database("bare")
+        ratios, times, bare = [], [], []
+        for pair in range(self.options.pairs):
+            steps = [lambda: times.append(self.ship("backfill")),
+                     lambda: bare.append(self.copy(rows, "pos", "t timestamptz, counts int8, flags int4, stream int4"))]
+            for step in steps if pair % 2 == 0 else reversed(steps):
+                step()
+            ratios.append(bare[-1] / times[-1])
+        print(f"backfill: {stored / statistics.median(times):,.0f} samples/s, {self.options.seconds / statistics.median(times):.0f} x live (target 10)")
+        print(f"backfill beside a bare COPY of the same samples as rows: {statistics.median(ratios):.2f} ({min(ratios):.2f}..{max(ratios):.2f}) "
+              "(target 0.8)")
+        print(f"{sent} samples sent, {stored} in the database")
+        return 0 if sent == stored == live else 1
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--seconds", type=int, default=120)
+    parser.add_argument("--pairs", type=int, default=5)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="axlecast-rates-") as folder, Cluster(fsync="on", shared_buffers="256MB") as server:
+        rates = Rates(server, pathlib.Path(folder), options)
+        try:
+            return rates.measure()
+        finally:
+            for process in rates.machine.processes.values():
+                if process.poll() is None:
+                    process.send_signal(signal.SIGKILL)
+                    process.wait()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
