@@ -82,8 +82,8 @@ def measure(report, samples):
         report.add("fleet: samples", "", stored, samples, at_most=False, note=f"filled in {time.monotonic() - began:.0f} s, {size / stored:.2f} B each")
         for what, query, target in (
                 ("1 s min, mean, max, 10 axes, 1 h", f"SELECT device, t, lo, mean, hi FROM axlecast.seconds('m7', timestamptz '{end}' - interval '1 h', timestamptz '{end}')", 50),
-                ("10 s raw of one axis", f"""SELECT * FROM axlecast.samples('m7', 'axis3', timestamptz '{end}' - interval '10 min',
-                                         timestamptz '{end}' - interval '590 s')""", 20),
+                ("10 s raw of one axis", f"""SELECT * FROM axlecast.samples('m7', 'axis3', timestamptz '{end}' - interval '1 min',
+                                         timestamptz '{end}' - interval '50 s')""", 20),
                 ("last value of 1,000 devices", "SELECT * FROM axlecast.last_position", 50)):
             milliseconds, rows = timed(server, query)
             report.add(f"fleet: {what}", "ms", milliseconds, target, note=f"{rows} rows")
