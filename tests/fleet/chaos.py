@@ -193,12 +193,12 @@ class Chaos:
 
         def check(what, machine, channel, sent, stored):
             """Every number is stored, or in a gap, or behind the last one that was recorded."""
-            tail = sent - 1 - last.get((machine, channel), -1)
-            gap = gaps.get((machine, channel), 0) + (tail if (machine, channel) in last else 0)
+            newest = last.get((machine, channel), -1)
+            gap = gaps.get((machine, channel), 0) + sent - 1 - newest
             sums[f"{what} sent"] += sent
             sums[f"{what} stored"] += stored
-            sums[f"{what} in gaps"] += gap if (machine, channel) in last else sent
-            if stored + gap != sent and (machine, channel) in last or (machine, channel) not in last and stored != 0:
+            sums[f"{what} in gaps"] += gap
+            if stored + gap != sent:
                 faults.append(f"{machine} {channel}: {sent} sent, {stored} stored, {gap} in gaps")
         for machine in truth["machines"]:
             name = machine["machine"]

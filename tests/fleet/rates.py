@@ -3,11 +3,10 @@
 again into an empty database, beside a bare COPY of the same samples as rows. Prints CPU time of the shipper, how far behind it was, bytes a
 sample, the speed of backfill, and its ratio to the bare COPY. Exits 1 only if samples are missing.
 
-Run in a network of its own with AXLECAST_BIN, AXLECAST_CAMPAIGN and PYTHONPATH as the tests of this folder (tools/campaign fleet)."""
+Run in a network of its own with AXLECAST_BIN, AXLECAST_CAMPAIGN and PYTHONPATH as tools/campaign fleet does."""
 
 import argparse
 import json
-import os
 import pathlib
 import signal
 import statistics
@@ -18,14 +17,9 @@ import time
 
 from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine
 from cluster import Cluster
+from process_cost import cpu_seconds  # bench
 
 AXES, RATE = 10, 250
-TABLES = ("position_chunk", "position_second", "position_minute")
-
-
-def cpu_seconds(pid):
-    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 class Rates:

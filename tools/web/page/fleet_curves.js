@@ -21,7 +21,7 @@ const MOST_SAMPLES = 8192;
 const SPARE = 0.15; // of the time shown, loaded beyond each of its ends
 const SHORTEST_GAP_S = 0.25;
 const GAPS = 3.5; // intervals without a point that interrupt a curve
-const REFRESH_S = 2; // at most so often, while the newest is followed
+const REFRESH_S = 2; // shortest time between two questions while the newest data are followed
 
 let versions = 0;
 
@@ -29,7 +29,7 @@ export function columnsOf(device) {
   return device.kind === "motor" ? MOTOR_COLUMNS : device.kind === "position" ? POSITION_COLUMNS : [];
 }
 
-// The channel of "axis1.value"; null if there is none. `devices`: rows of fleet_devices.
+// Returns the channel of "axis1.value", or null if it does not exist. `devices`: rows of fleet_devices.
 export function fleetChannel(devices, key) {
   const dot = key.lastIndexOf(".");
   const place = devices.findIndex((device) => device.device === key.slice(0, dot));
