@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Checks the rules of docs/architecture.md that a compiler does not see: a room includes only the rooms below it, every
-external world is reached from one place, and nothing but a family names a family. Prints each breach as file:line: rule;
-exits 1 on any."""
+external world is reached from one place, nothing but a family names a family, and no two types of one program have one name (a
+program with two such types may run the functions of one on objects of the other). Prints each breach as file:line: rule; exits 1
+on any."""
 
 import pathlib
 import re
@@ -85,6 +86,8 @@ ROOMS = [
     ("tools", (*BESIDE_TOOLS, *LIBRARIES_OF_TOOLS)),
 ]
 MAX_LINES = 800
+NAMESPACE = re.compile(r"(?:inline )?namespace ?([\w:]*) ?{$")
+TYPE = re.compile(r"(?:class|struct|enum|enum class) (?:\w+\(.*\) )?(\w+)(?: final)?(?: : .*)? ?{")
 
 
 def tracked_sources():
@@ -135,14 +138,39 @@ def breaches(path, text, family_names):
                 yield number, rule
 
 
+def types_of(text):
+    """The line and the full name of each type that is defined in a namespace with a name."""
+    namespaces = []
+    for number, line in enumerate(text.splitlines(), 1):
+        if (namespace := NAMESPACE.match(line)):
+            namespaces.append(namespace[1])
+        elif line.startswith("}  // namespace"):
+            namespaces.pop()
+        elif (defined := TYPE.match(line)) and all(namespaces):
+            yield number, "::".join((*namespaces, defined[1]))
+
+
+def defined_twice(sources):
+    """Breaches as (path, line, rule): types with the name of another one. No program has both the client library and drivers."""
+    first = {}
+    for path, text in sources.items():
+        if is_test(path) or path.startswith("bench/"):
+            continue
+        for line, name in types_of(text):
+            before = first.setdefault(name, path)
+            if before != path and {before.split("/")[0], path.split("/")[0]} != {"client", "drivers"}:
+                yield path, line, f"{name} is defined in {before}, too"
+
+
 def main():
     names = families()
     found = 0
-    for path in tracked_sources():
-        for line, rule in breaches(path, (ROOT / path).read_text(encoding="utf-8"), names):
-            print(f"{path}:{line}: {rule}")
-            found += 1
-    print(f"{found} breaches in {len(tracked_sources())} files; families: {', '.join(names)}")
+    sources = {path: (ROOT / path).read_text(encoding="utf-8") for path in tracked_sources()}
+    found_in_files = [(path, *breach) for path, text in sources.items() for breach in breaches(path, text, names)]
+    for path, line, rule in (*found_in_files, *defined_twice(sources)):
+        print(f"{path}:{line}: {rule}")
+        found += 1
+    print(f"{found} breaches in {len(sources)} files; families: {', '.join(names)}")
     return 1 if found else 0
 
 

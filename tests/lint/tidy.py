@@ -5,7 +5,7 @@ Usage: tidy.py CLANG_TIDY BUILD_FOLDER [--alone]
 
 Most of its time goes to the headers. It therefore reads about twenty sources of a room as one, so that it reads each header once
 for all of them (cmake/unity_groups.py chooses what can be read together), with the flags of the compile commands of the build. Where
-names collide nevertheless, it prints that, and reads these sources each alone. With --alone, it reads all of them alone, which takes
+names collide nevertheless, it prints that, and reads each half of them, until they do not. With --alone, it reads all of them alone, which takes
 ten times as long, and also finds an include that is missing.
 
 Prints what clang-tidy objects to; exits 1 on any, and where a source has no command. Everything else on the machine goes first: tests
@@ -93,8 +93,9 @@ class Checker:
         done = self._run(group)
         if len(group) > 1 and "clang-diagnostic-error" in done.stdout:
             errors = [line for line in done.stdout.splitlines() if "clang-diagnostic-error" in line]
-            print(f"{len(group)} sources cannot be read together, so each is read alone. Rename one of the two names: {errors[0]}", flush=True)
-            return [refused for source in group for refused in self.check([source])]
+            print(f"{len(group)} sources cannot be read together, so each half is. Rename one of the two names: {errors[0]}", flush=True)
+            half = len(group) // 2
+            return self.check(group[:half]) + self.check(group[half:])
         if done.returncode == 0:
             return []
         print(f"{done.stdout}{done.stderr}", flush=True)

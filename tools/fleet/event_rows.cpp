@@ -82,34 +82,34 @@ std::string JsonbText(nlohmann::ordered_json json) {
   return JsonLine(json);
 }
 
-CommandRow CommandRowOf(const command_status_t& status) {
-  CommandRow row{.t = status.utime,
-                 .device = CleanText(status.device),
-                 .operation = CleanText(status.operation),
-                 .state = std::string(StateName(status.state)),
-                 .verified = status.verified != 0,
-                 .reason_code = status.reason_code,
-                 .reason = std::string(ReasonName(status.reason_code)),
-                 .text = CleanText(status.text),
-                 .boot_id = status.boot_id,
-                 .seq = status.seq,
-                 .started_utime = status.started_utime,
-                 .finished_utime = status.finished_utime,
-                 .message = JsonbText(ToJson(status))};
+FleetCommandRow CommandRowOf(const command_status_t& status) {
+  FleetCommandRow row{.t = status.utime,
+                      .device = CleanText(status.device),
+                      .operation = CleanText(status.operation),
+                      .state = std::string(StateName(status.state)),
+                      .verified = status.verified != 0,
+                      .reason_code = status.reason_code,
+                      .reason = std::string(ReasonName(status.reason_code)),
+                      .text = CleanText(status.text),
+                      .boot_id = status.boot_id,
+                      .seq = status.seq,
+                      .started_utime = status.started_utime,
+                      .finished_utime = status.finished_utime,
+                      .message = JsonbText(ToJson(status))};
   std::copy(std::begin(status.id), std::end(status.id), row.id.begin());
   if (status.finding != command_status_t::FINDING_NONE) row.finding = FindingName(status.finding);
   return row;
 }
 
-CommandRow CommandRowOf(const command_t& message, const command_body_t& body) {
-  CommandRow row{.t = message.utime,
-                 .device = CleanText(body.device),
-                 .operation = CleanText(body.operation),
-                 .state = IssuedState(body.mode),
-                 .reason = CleanText(body.reason),
-                 .boot_id = message.boot_id,
-                 .seq = message.seq,
-                 .message = JsonbText(ToJson(body))};
+FleetCommandRow CommandRowOf(const command_t& message, const command_body_t& body) {
+  FleetCommandRow row{.t = message.utime,
+                      .device = CleanText(body.device),
+                      .operation = CleanText(body.operation),
+                      .state = IssuedState(body.mode),
+                      .reason = CleanText(body.reason),
+                      .boot_id = message.boot_id,
+                      .seq = message.seq,
+                      .message = JsonbText(ToJson(body))};
   std::copy(std::begin(body.id), std::end(body.id), row.id.begin());
   if (body.key_id != 0) row.issued_by = Text("%016llx", static_cast<unsigned long long>(body.key_id));
   return row;

@@ -26,9 +26,9 @@ namespace axlecast {
 [[nodiscard]] std::string JsonbText(nlohmann::ordered_json json);
 
 // A status that is final or a finding.
-[[nodiscard]] CommandRow CommandRowOf(const command_status_t& status);
+[[nodiscard]] FleetCommandRow CommandRowOf(const command_status_t& status);
 // A command as its client sent it: its state is "issued", "prepare_issued", "commit_issued" or "cancel_issued". `message`: the envelope of `body`.
-[[nodiscard]] CommandRow CommandRowOf(const command_t& message, const command_body_t& body);
+[[nodiscard]] FleetCommandRow CommandRowOf(const command_t& message, const command_body_t& body);
 [[nodiscard]] TripRow TripRowOf(const std::string& name, const trip_log_t& message);
 
 [[nodiscard]] DeviceHealthRow HealthRowOf(const std::string& name, const device_info_t& message);

@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kGreatestNumber = INT64_MAX / 2;
 
 // Records that a seal verifies: [begin, end). The record of the seal begins at `end`.
-struct Verified {
+struct FoundStretch {
   LogSeal seal;
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -21,7 +21,7 @@ struct Verified {
 };
 
 // Reads the numbers of the records in [begin, end). Returns false if they do not increase.
-bool ReadNumbers(Bytes log, Verified& found) {
+bool ReadNumbers(Bytes log, FoundStretch& found) {
   std::optional<std::int64_t> before;
   for (std::size_t offset = found.begin; offset < found.end;) {
     const std::optional<LogEvent> event = ParseEvent(log.first(found.end).subspan(offset));
@@ -54,7 +54,7 @@ class SealSearch {
   SealSearch(Bytes log, const LogPlace& place) : log_(log), place_(place), floor_(place.offset) {}
 
   // Returns the first records with a seal that verifies them and that contain `place`, or a later event.
-  [[nodiscard]] std::optional<Verified> Run() {
+  [[nodiscard]] std::optional<FoundStretch> Run() {
     LogReader reader = ReaderFrom(log_, place_);
     for (auto event = reader.Next(); event; event = reader.Next()) {
       if (event->channel != kSealChannel) {
@@ -63,7 +63,7 @@ class SealSearch {
       }
       const std::optional<LogSeal> seal = ParseSeal(event->data);
       if (seal && seal->events > 0) {
-        std::optional<Verified> found = Verify(*seal, reader.offset());
+        std::optional<FoundStretch> found = Verify(*seal, reader.offset());
         if (found && found->last >= place_.number) return found;
       }
       last_seal_ = event->number;
@@ -79,8 +79,8 @@ class SealSearch {
   [[nodiscard]] std::size_t behind_last_seal() const { return floor_; }
 
  private:
-  [[nodiscard]] std::optional<Verified> Verify(const LogSeal& seal, std::size_t end) const {
-    Verified found{.seal = seal, .begin = place_.offset, .end = end};
+  [[nodiscard]] std::optional<FoundStretch> Verify(const LogSeal& seal, std::size_t end) const {
+    FoundStretch found{.seal = seal, .begin = place_.offset, .end = end};
     // A sender may have published on the channel of the seals. Such a message is inside the stretch, and no seal counts it.
     if (count_.seal() == seal) {
       if (ReadNumbers(log_, found)) return found;
@@ -124,7 +124,7 @@ LogStretch Skip(const LogPlace& place, const LogPlace& next, std::int64_t messag
           .messages = messages};
 }
 
-LogStretch Sealed(Bytes log, const LogPlace& place, const Verified& found, std::int64_t seals) {
+LogStretch Sealed(Bytes log, const LogPlace& place, const FoundStretch& found, std::int64_t seals) {
   // The first record of the stretch that was not returned before.
   const std::size_t begin = FindNumber(log, std::max(place.offset, found.begin), found.end, place.number);
   const std::int64_t first = std::max(place.number, found.first);
@@ -171,7 +171,7 @@ LogStretch NextStretch(Bytes log, const LogPlace& place, bool closed) {
   const LogStretch incomplete{.next = place};
   if (place.offset >= log.size() || place.number > kGreatestNumber) return incomplete;
   SealSearch search(log, place);
-  if (const std::optional<Verified> found = search.Run()) return Sealed(log, place, *found, search.seals());
+  if (const std::optional<FoundStretch> found = search.Run()) return Sealed(log, place, *found, search.seals());
   if (!closed) return incomplete;
   if (search.seals() == 0) return Unsealed(log, place);
   const std::int64_t number = search.last_seal();

@@ -25,7 +25,7 @@
 #include "tools/axlecast/logs/log_input.h"
 #include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
-#include "tools/web/fleet/fleet_reader.h"
+#include "tools/web/fleet/fleet_page_reader.h"
 #include "tools/web/web_app.h"
 
 namespace axlecast {
@@ -216,7 +216,7 @@ class FleetSource {
   const SystemClock clock_;
   SecretFiles secrets_;
   WakeEvent stop_;
-  FleetReader reader_;
+  FleetPageReader reader_;
   FleetWorker worker_;  // last: it uses all of the others
 };
 

@@ -17,12 +17,12 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // The points of one interval, joined.
-CurvePoint Joined(const CurvePoint* begin, const CurvePoint* end, std::int64_t middle) {
-  CurvePoint joined = {
+FleetCurvePoint Joined(const FleetCurvePoint* begin, const FleetCurvePoint* end, std::int64_t middle) {
+  FleetCurvePoint joined = {
       .utime = middle, .value = kUnknown, .low = kUnknown, .high = kUnknown, .stream = begin->stream};
   double sum = 0;
   int valid = 0;
-  for (const CurvePoint* point = begin; point != end; ++point) {
+  for (const FleetCurvePoint* point = begin; point != end; ++point) {
     if (std::isnan(point->value)) continue;
     sum += point->value;
     ++valid;
@@ -34,12 +34,12 @@ CurvePoint Joined(const CurvePoint* begin, const CurvePoint* end, std::int64_t m
 }
 
 // The points with strictly ascending times, and with a point that is not valid between two streams.
-std::vector<CurvePoint> Separated(const std::vector<CurvePoint>& points) {
-  std::vector<CurvePoint> separated;
+std::vector<FleetCurvePoint> Separated(const std::vector<FleetCurvePoint>& points) {
+  std::vector<FleetCurvePoint> separated;
   separated.reserve(points.size());
-  for (CurvePoint point : points) {
+  for (FleetCurvePoint point : points) {
     if (!separated.empty()) {
-      const CurvePoint before = separated.back();
+      const FleetCurvePoint before = separated.back();
       if (before.stream != point.stream) {
         separated.push_back({before.utime + 1, kUnknown, kUnknown, kUnknown, point.stream});
       }
@@ -52,7 +52,7 @@ std::vector<CurvePoint> Separated(const std::vector<CurvePoint>& points) {
 
 }  // namespace
 
-Result<> AppendSamples(std::vector<CurvePoint>& points, const StoredChunk& chunk, std::int64_t from,
+Result<> AppendSamples(std::vector<FleetCurvePoint>& points, const StoredChunk& chunk, std::int64_t from,
                        std::int64_t to) {
   PositionChunkRow row;
   row.t0 = chunk.t0;
@@ -71,10 +71,10 @@ Result<> AppendSamples(std::vector<CurvePoint>& points, const StoredChunk& chunk
 }
 
 void Thin(FleetCurve& curve, std::int64_t from, std::int64_t to) {
-  std::vector<CurvePoint>& points = curve.points;
+  std::vector<FleetCurvePoint>& points = curve.points;
   if (points.size() <= static_cast<std::size_t>(kMaxCurvePoints)) return;
   const std::int64_t step = (to - from) / kMaxCurvePoints + 1;
-  std::vector<CurvePoint> thinned;
+  std::vector<FleetCurvePoint> thinned;
   for (std::size_t begin = 0; begin < points.size();) {
     const std::int64_t interval = (points[begin].utime - from) / step;
     std::size_t end = begin + 1;
@@ -90,7 +90,7 @@ void Thin(FleetCurve& curve, std::int64_t from, std::int64_t to) {
 }
 
 std::string CurveFrame(const FleetRequest& request, const FleetCurve& curve) {
-  const std::vector<CurvePoint> points = Separated(curve.points);
+  const std::vector<FleetCurvePoint> points = Separated(curve.points);
   const std::int64_t start = points.empty() ? request.from : points.front().utime;
   std::string text = JsonLine({{"type", "fleet_curve"},
                                {"id", request.id},
@@ -106,14 +106,14 @@ std::string CurveFrame(const FleetRequest& request, const FleetCurve& curve) {
     text += name;
     AppendList(text, std::size_t{0}, points.size(), value);
   };
-  const auto number = [&](double CurvePoint::*member) {
+  const auto number = [&](double FleetCurvePoint::*member) {
     return [&text, &points, member](std::size_t i) { AppendNumber(text, points[i].*member); };
   };
   append(R"("dt_us":)", [&](std::size_t i) { text += std::to_string(points[i].utime - start); });
-  append(R"(,"value":)", number(&CurvePoint::value));
+  append(R"(,"value":)", number(&FleetCurvePoint::value));
   if (curve.step_us > 0) {
-    append(R"(,"low":)", number(&CurvePoint::low));
-    append(R"(,"high":)", number(&CurvePoint::high));
+    append(R"(,"low":)", number(&FleetCurvePoint::low));
+    append(R"(,"high":)", number(&FleetCurvePoint::high));
   }
   return text + '}';
 }

@@ -11,20 +11,20 @@
 namespace axlecast {
 
 // A sample, or an interval with the least and the greatest value. NaN: not valid.
-struct CurvePoint {
+struct FleetCurvePoint {
   std::int64_t utime = 0;
   double value = 0;
   double low = 0;
   double high = 0;
   std::int64_t stream = 0;  // points of different streams are not connected
 
-  bool operator==(const CurvePoint&) const = default;
+  bool operator==(const FleetCurvePoint&) const = default;
 };
 
 struct FleetCurve {
   std::string unit = {};
   std::int64_t step_us = 0;  // 0: the points are samples
-  std::vector<CurvePoint> points = {};
+  std::vector<FleetCurvePoint> points = {};
 };
 
 // One row of axlecast.position_chunk.
@@ -38,8 +38,8 @@ struct StoredChunk {
 };
 
 // Appends the samples of `chunk` that are within from <= t < to. Fails on a damaged body.
-[[nodiscard]] Result<> AppendSamples(std::vector<CurvePoint>& points, const StoredChunk& chunk, std::int64_t from,
-                                     std::int64_t to);
+[[nodiscard]] Result<> AppendSamples(std::vector<FleetCurvePoint>& points, const StoredChunk& chunk,
+                                     std::int64_t from, std::int64_t to);
 
 // Joins the points of one interval each, so that a curve has at most kMaxCurvePoints and keeps its peaks. Changes nothing
 // if there are not more.

@@ -38,16 +38,16 @@ std::string Body(const std::vector<std::int64_t>& times, const std::vector<std::
 
 TEST(AppendSamples, TakesValidCountsWithinTheTimeInTheUnitOfTheStream) {
   const std::string body = Body({0, 10, 20, 30}, {100, 101, -102, 103}, {1, 0, 1, 1});
-  std::vector<CurvePoint> points;
+  std::vector<FleetCurvePoint> points;
   ASSERT_TRUE(AppendSamples(points, {.t0 = kT0, .n = 4, .body = body, .stream = 7, .scale = 0.5}, kT0, kT0 + 30));
   ASSERT_EQ(points.size(), 3U);
-  EXPECT_EQ(points[0], (CurvePoint{kT0, 50, 50, 50, 7}));
+  EXPECT_EQ(points[0], (FleetCurvePoint{kT0, 50, 50, 50, 7}));
   EXPECT_TRUE(std::isnan(points[1].value));
   EXPECT_EQ(points[2].value, -51);
 }
 
 TEST(AppendSamples, RefusesADamagedBody) {
-  std::vector<CurvePoint> points;
+  std::vector<FleetCurvePoint> points;
   EXPECT_FALSE(AppendSamples(points, {.t0 = kT0, .n = 4, .body = "nonsense"}, kT0, kT0 + 30));
   EXPECT_FALSE(AppendSamples(points, {.t0 = kT0, .n = 0, .body = Body({0}, {1}, {1})}, kT0, kT0 + 30));
   EXPECT_FALSE(AppendSamples(points, {.t0 = kT0, .n = 1'000'000'000, .body = Body({0}, {1}, {1})}, kT0, kT0 + 30));
@@ -64,7 +64,7 @@ TEST(Thin, KeepsFewPointsAndEveryPeak) {
   EXPECT_GE(curve.points.size(), 1900U);
   EXPECT_EQ(curve.step_us, 50'001);
   double high = 0;
-  for (const CurvePoint& point : curve.points) {
+  for (const FleetCurvePoint& point : curve.points) {
     EXPECT_FALSE(std::isnan(point.value));
     EXPECT_EQ(point.low, 1);
     high = std::max(high, point.high);
@@ -80,7 +80,7 @@ TEST(Thin, LeavesShortCurvesAndDoesNotJoinStreams) {
   FleetCurve two;
   for (int i = 0; i < 4000; ++i) two.points.push_back({kT0 + i, i < 2001 ? 1.0 : 9.0, 0, 0, i < 2001 ? 1 : 2});
   Thin(two, kT0, kT0 + 4000);
-  for (const CurvePoint& point : two.points) EXPECT_TRUE(point.value == 1 || point.value == 9) << point.value;
+  for (const FleetCurvePoint& point : two.points) EXPECT_TRUE(point.value == 1 || point.value == 9) << point.value;
 }
 
 TEST(CurveFrame, HasAscendingTimesAndAGapBetweenStreams) {

@@ -16,7 +16,7 @@ namespace axlecast {
 // Answers questions of the page from the fleet database, which it only reads: as the role axlecast_reader, in transactions
 // that cannot write. Connects when it is asked. After a failed connection it answers for kPause without trying again, so that
 // the questions of all browsers do not each wait for a dead server. Blocks; for one thread.
-class FleetReader {
+class FleetPageReader {
  public:
   static constexpr MonoNs kPause = 2 * kSecond;
   static constexpr MonoNs kConnectLimit = 3 * kSecond;
@@ -25,7 +25,7 @@ class FleetReader {
   static constexpr int kServerLimitMs = 10'000;         // the server ends a statement after this time
 
   // `secrets` and `clock` must outlive it. `settings`: connection, password and stop; the rest is set here.
-  FleetReader(db::DatabaseSettings settings, SecretSource& secrets, const Clock& clock);
+  FleetPageReader(db::DatabaseSettings settings, SecretSource& secrets, const Clock& clock);
 
   // Returns the frame that answers the request; of an error too.
   [[nodiscard]] std::string Answer(const FleetRequest& request);

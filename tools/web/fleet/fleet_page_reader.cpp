@@ -1,4 +1,4 @@
-#include "tools/web/fleet/fleet_reader.h"
+#include "tools/web/fleet/fleet_page_reader.h"
 
 #include <cmath>
 #include <limits>
@@ -17,8 +17,8 @@ using Table = CurveSource::Table;
 db::DatabaseSettings ReaderSettings(db::DatabaseSettings settings) {
   settings.writes = false;
   settings.application = "axlecast web";
-  settings.connect_limit = FleetReader::kConnectLimit;
-  settings.statement_limit = FleetReader::kStatementLimit;
+  settings.connect_limit = FleetPageReader::kConnectLimit;
+  settings.statement_limit = FleetPageReader::kStatementLimit;
   return settings;
 }
 
@@ -70,10 +70,10 @@ void AddReadings(FleetCurve& curve, const db::Rows& rows) {
 
 }  // namespace
 
-FleetReader::FleetReader(db::DatabaseSettings settings, SecretSource& secrets, const Clock& clock)
+FleetPageReader::FleetPageReader(db::DatabaseSettings settings, SecretSource& secrets, const Clock& clock)
     : database_(ReaderSettings(std::move(settings)), secrets), clock_(clock) {}
 
-std::string FleetReader::Answer(const FleetRequest& request) {
+std::string FleetPageReader::Answer(const FleetRequest& request) {
   if (const auto connected = Connect(); !connected) return FleetErrorFrame(request, connected.error().text, true);
   db::DatabaseResult<std::string> frame = Ask(request);
   if (frame) return *std::move(frame);
@@ -86,7 +86,7 @@ std::string FleetReader::Answer(const FleetRequest& request) {
   return FleetErrorFrame(request, frame.error().text, away);
 }
 
-db::DatabaseResult<> FleetReader::Connect() {
+db::DatabaseResult<> FleetPageReader::Connect() {
   if (database_.connected()) return {};
   if (away_ && clock_.Now() - tried_ < kPause) return tl::unexpected(*away_);
   db::DatabaseResult<> done = database_.Connect();
@@ -103,7 +103,7 @@ db::DatabaseResult<> FleetReader::Connect() {
   return done;
 }
 
-db::DatabaseResult<std::string> FleetReader::Ask(const FleetRequest& request) {
+db::DatabaseResult<std::string> FleetPageReader::Ask(const FleetRequest& request) {
   if (request.kind == Kind::kCurve) return AskCurve(request);
   const FleetTable& table = TableOf(request.kind);
   const auto rows = request.kind == Kind::kMachines
@@ -115,7 +115,7 @@ db::DatabaseResult<std::string> FleetReader::Ask(const FleetRequest& request) {
                                       : TableFrame(request, table, *rows, utime);
 }
 
-db::DatabaseResult<db::Rows> FleetReader::AskMachines(const FleetTable& table) {
+db::DatabaseResult<db::Rows> FleetPageReader::AskMachines(const FleetTable& table) {
   const MonoNs now = clock_.Now();
   if (machines_ && now - machines_at_ < kMachinesLast) return *machines_;
   auto rows = database_.Query(std::string(table.sql));
@@ -125,7 +125,7 @@ db::DatabaseResult<db::Rows> FleetReader::AskMachines(const FleetTable& table) {
   return rows;
 }
 
-db::DatabaseResult<std::string> FleetReader::AskCurve(const FleetRequest& request) {
+db::DatabaseResult<std::string> FleetPageReader::AskCurve(const FleetRequest& request) {
   FleetCurve curve;
   const CurveColumn& column = *FindCurveColumn(request.column);
   for (const CurveSource source : CurveSourcesOf(column, request.from, request.to)) {
@@ -138,8 +138,8 @@ db::DatabaseResult<std::string> FleetReader::AskCurve(const FleetRequest& reques
   return CurveFrame(request, curve);
 }
 
-db::DatabaseResult<FleetCurve> FleetReader::ReadSource(const FleetRequest& request, const CurveColumn& column,
-                                                       CurveSource source) {
+db::DatabaseResult<FleetCurve> FleetPageReader::ReadSource(const FleetRequest& request, const CurveColumn& column,
+                                                           CurveSource source) {
   db::Parameters parameters = {db::Parameter::Text(request.machine), db::Parameter::Text(request.device),
                                db::Parameter::Timestamp(request.from), db::Parameter::Timestamp(request.to),
                                db::Parameter::Float(static_cast<double>(source.step_us) / 1e6)};
