@@ -85,7 +85,7 @@ std::vector<ConfigFault> FaultsOf(const ShipConfig& ship) {
     if (!holds) faults.push_back({key, text});
   };
   require(!ship.database.empty(), "database",
-          "is missing or empty: a connection string, e.g. \"host=db1 dbname=axlecast user=axlecast_writer\"");
+          "is missing or empty: a connection string, e.g. \"host=db1 dbname=axlecast user=axlecast_press\"");
   require(!HasPassword(ship.database), "database",
           "contains a password: remove it, and give `password: {file: /etc/axlecast/ship.password}`");
   require(ship.bandwidth == 0 || ship.bandwidth >= kMinBandwidth, "bandwidth", "is at least 10kB (a second)");

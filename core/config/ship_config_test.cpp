@@ -33,7 +33,7 @@ std::string Mistake(const std::string& keys) {
 
 TEST(LoadShip, ReadsEveryKey) {
   const ShipConfig ship = Ship(
-      "\n  database: \"host=db1,db2 dbname=axlecast user=axlecast_writer\"\n"
+      "\n  database: \"host=db1,db2 dbname=axlecast user=axlecast_press\"\n"
       "  password: {file: /etc/axlecast/ship.password}\n"
       "  order: oldest_first\n"
       "  bandwidth: 10MB\n"
@@ -42,7 +42,7 @@ TEST(LoadShip, ReadsEveryKey) {
       "  detail:\n"
       "    - {channels: '^POSITION/spare', detail: deadband, deadband: 0.5, longest: 1m}\n"
       "    - {channels: '^POSITION/', detail: full, raw: true}");
-  EXPECT_EQ(ship.database, "host=db1,db2 dbname=axlecast user=axlecast_writer");
+  EXPECT_EQ(ship.database, "host=db1,db2 dbname=axlecast user=axlecast_press");
   EXPECT_EQ(ship.password.file, "/etc/axlecast/ship.password");
   EXPECT_FALSE(ship.newest_first);
   EXPECT_EQ(ship.bandwidth, 10 << 20);

@@ -137,19 +137,58 @@ DatabaseResult<> Database::Connect() {
     if (!read) return tl::unexpected(DatabaseError{read.error(), DatabaseFault::kCredentials, ""});
     password = std::move(*read);
   }
+  // One host is compared with what was seen before; several with each other as well.
+  const bool compares = settings_.writes && (hosts->size() > 1 || settings_.timelines != nullptr);
   std::vector<DatabaseError> errors;
+  std::vector<std::unique_ptr<Session>> sessions;
   for (const ConnectionKeywords& host : *hosts) {
     auto session = Session::Open(settings_, host, password);
     if (session) {
-      session_ = std::move(*session);
-      auto configured = Script(kSessionSettings);
-      if (!configured) Close();
-      return configured;
+      sessions.push_back(std::move(*session));
+      if (!compares) break;
+      continue;
     }
     errors.push_back(session.error());
     if (session.error().fault == DatabaseFault::kStopped) return tl::unexpected(session.error());
   }
-  return tl::unexpected(Joined(errors));
+  if (compares && !sessions.empty()) {
+    if (auto chosen = Choose(std::move(sessions), std::move(errors)); !chosen) return chosen;
+  } else if (!sessions.empty()) {
+    session_ = std::move(sessions.front());
+  } else {
+    return tl::unexpected(Joined(errors));
+  }
+  auto configured = Script(kSessionSettings);
+  if (!configured) Close();
+  return configured;
+}
+
+DatabaseResult<> Database::Choose(std::vector<std::unique_ptr<Session>> sessions,
+                                  std::vector<DatabaseError> errors) {
+  std::vector<ServerTimeline> servers;
+  for (const auto& session : sessions) {
+    const auto result = session->Run(kTimelineQuery, {}, settings_.statement_limit);
+    // Without the right to call these functions, the timeline is unknown.
+    servers.emplace_back();
+    if (!result) continue;
+    const Rows rows(*result);
+    servers.back() = {std::string(rows.Text(0, 0)), rows.Int(0, 1).value_or(0)};
+  }
+  Timelines of_this_connect;
+  Timelines& seen = settings_.timelines != nullptr ? *settings_.timelines : of_this_connect;
+  const auto chosen = ChooseServer(servers, seen);
+  for (std::size_t i = 0; i < sessions.size(); ++i) {
+    if (servers[i].timeline == 0 || servers[i].timeline == seen[servers[i].system]) continue;
+    std::string text = OldPrimaryText(sessions[i]->target(), servers[i], seen);
+    if (chosen) {
+      notices_.push_back(std::move(text));
+    } else {
+      errors.push_back({{std::move(text)}, DatabaseFault::kReadOnly, ""});
+    }
+  }
+  if (!chosen) return tl::unexpected(Joined(errors));
+  session_ = std::move(sessions[*chosen]);
+  return {};
 }
 
 void Database::Close() {

@@ -16,6 +16,7 @@
 #include "core/base/time.h"
 #include "platform/db/copy_rows.h"
 #include "platform/db/database_error.h"
+#include "platform/db/timeline.h"
 
 struct pg_result;  // libpq
 
@@ -34,6 +35,9 @@ struct DatabaseSettings {
   MonoNs connect_limit = 5 * kSecond;     // for each host and address
   MonoNs statement_limit = 60 * kSecond;  // for each answer of the server
   MonoNs commit_limit = 20 * kSecond;
+  // With `writes`: an old primary is refused, also at later connections that use the same object. Null: only the hosts of one Connect are
+  // compared with each other. Must outlive the Database.
+  Timelines* timelines = nullptr;
 };
 
 // One parameter ($1, $2, …) of a statement. The server derives its type from the statement; write $1::int8[] where it cannot.
@@ -113,7 +117,8 @@ class Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  // Connects to the first host that answers and fits, after closing a connection that exists.
+  // Connects to the first host that answers and fits, after closing a connection that exists. If several hosts accept writes, that with
+  // the newest timeline is used, and a notice names the others.
   [[nodiscard]] DatabaseResult<> Connect();
   void Close();
   [[nodiscard]] bool connected() const;
@@ -142,6 +147,9 @@ class Database {
   [[nodiscard]] std::vector<std::string> TakeNotices();
 
  private:
+  // Keeps the session of the server to write to. Fails with the texts of `errors` and of old primaries if none is left.
+  [[nodiscard]] DatabaseResult<> Choose(std::vector<std::unique_ptr<Session>> sessions,
+                                        std::vector<DatabaseError> errors);
   template <typename Use>
   [[nodiscard]] DatabaseResult<std::shared_ptr<pg_result>> OnSession(Use use);
   void KeepNotices();

@@ -84,7 +84,7 @@ std::string_view RemedyOf(DatabaseFault fault) {
     case DatabaseFault::kDiskFull:
       return "Free space on the server's disk, or shorten the retention (docs/fleet.md).";
     case DatabaseFault::kBadConnection:
-      return "Example: \"host=db1,db2 dbname=axlecast user=axlecast_writer\".";
+      return "Example: \"host=db1,db2 dbname=axlecast user=axlecast_press\".";
     default:
       return "";
   }

@@ -45,6 +45,7 @@ class Session {
 
   [[nodiscard]] bool usable() const { return usable_; }
   [[nodiscard]] bool in_transaction() const { return PQtransactionStatus(connection_.get()) != PQTRANS_IDLE; }
+  [[nodiscard]] const std::string& target() const { return target_; }  // host, port and database
   [[nodiscard]] const PGconn* connection() const { return connection_.get(); }
   // Returns the first notice of SQLSTATE 01000 (a warning without a class of its own) since TakeNotices; empty without one.
   [[nodiscard]] std::string Warning() const;
