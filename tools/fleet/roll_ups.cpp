@@ -58,14 +58,14 @@ void RollUps::EndPeriod(BatchRows& batch) {
   minutes_.clear();
 }
 
-void JoinMinutes(std::vector<PositionMinuteRow>& minutes) {
-  std::map<std::pair<std::size_t, std::int64_t>, PositionMinuteRow> joined;
-  for (const PositionMinuteRow& row : minutes) {
+void JoinRollUps(std::vector<RollUpRow>& rows) {
+  std::map<std::pair<std::size_t, std::int64_t>, RollUpRow> joined;
+  for (const RollUpRow& row : rows) {
     const auto [place, is_new] = joined.try_emplace({row.stream, row.t}, row);
     if (!is_new) Join(place->second.summary, row.summary);
   }
-  minutes.clear();
-  for (const auto& [key, row] : joined) minutes.push_back(row);
+  rows.clear();
+  for (const auto& [key, row] : joined) rows.push_back(row);
 }
 
 }  // namespace axlecast

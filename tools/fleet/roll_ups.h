@@ -12,7 +12,7 @@
 namespace axlecast {
 
 // The rows of seconds and minutes of one device. A second ends with the first sample of another second or stream. What is open when a
-// period of reception ends is a row too (RowComposer): a second that lies in two periods has two rows.
+// period of reception ends is a row too (RowComposer): JoinRollUps joins the rows of a second that lies in two periods.
 class RollUps {
  public:
   // Adds a sample of the stream, and the row of the second that it ends to `batch`.
@@ -34,7 +34,7 @@ class RollUps {
   std::map<std::pair<StreamKey, std::int64_t>, SummaryBuilder> minutes_;  // by stream and begin
 };
 
-// Joins the rows of one stream and minute: a batch may contain several periods.
-void JoinMinutes(std::vector<PositionMinuteRow>& minutes);
+// Joins the rows of one stream and time, and sorts them: a batch may contain several parts of a second or minute.
+void JoinRollUps(std::vector<RollUpRow>& rows);
 
 }  // namespace axlecast

@@ -43,24 +43,27 @@ TEST(RollUps, AnotherStreamHasItsOwnSecond) {
   EXPECT_THAT(rows.minutes, SizeIs(2));
 }
 
-TEST(RollUps, AMinuteIsOneRowOfABatch) {
+TEST(RollUps, ASecondAndAMinuteAreOneRowEachOfABatch) {
   ComposerFixture log;
-  for (std::int64_t i = 0; i < 25 * 250; ++i) {  // three periods of reception
+  for (std::int64_t i = 100; i < 100 + 25 * 250; ++i) {  // three periods of reception, which begin within a second
     position_t position = PositionAt(i);
     if (i % 2 == 0) position.flags = 0;
     log.Add("POSITION/axis1", position);
   }
-  const BatchRows rows = log.TakeLast();
-  std::int64_t n = 0;
-  double sum = 0;
-  std::set<std::int64_t> minutes;
-  for (const PositionMinuteRow& row : rows.minutes) {
-    EXPECT_TRUE(minutes.insert(row.t).second);
-    n += row.summary.n;
-    sum += row.summary.mean.value() * static_cast<double>(row.summary.valid);
+  const BatchRows batch = log.TakeLast();
+  EXPECT_THAT(batch.seconds, SizeIs(26));
+  for (const auto* rows : {&batch.seconds, &batch.minutes}) {
+    std::int64_t n = 0;
+    double sum = 0;
+    std::set<std::int64_t> times;
+    for (const RollUpRow& row : *rows) {
+      EXPECT_TRUE(times.insert(row.t).second);
+      n += row.summary.n;
+      sum += row.summary.mean.value() * static_cast<double>(row.summary.valid);
+    }
+    EXPECT_EQ(n, 6'250);
+    EXPECT_NEAR(sum / 3'125, 1'000 + 100 * 3'225.0, 0.01);
   }
-  EXPECT_EQ(n, 6'250);
-  EXPECT_NEAR(sum / 3'125, 1'000 + 100 * 3'125.0, 0.01);
 }
 
 // What becomes of a log of two axes, of which one is silent for a while, if the reader restarts behind the events `stops`: seconds,
@@ -71,9 +74,8 @@ struct Outcome {
   std::vector<std::string> received;
 
   void Add(const BatchRows& rows) {
-    for (const PositionSecondRow& row : rows.seconds)
-      seconds.push_back(TextOf(rows, row.stream, row.t, row.summary));
-    for (const PositionMinuteRow& row : rows.minutes) {
+    for (const RollUpRow& row : rows.seconds) seconds.push_back(TextOf(rows, row.stream, row.t, row.summary));
+    for (const RollUpRow& row : rows.minutes) {
       minutes[rows.streams[row.stream].device + ' ' + std::to_string(row.t)] += row.summary.n;
     }
     for (const ReceivedRun& run : rows.received) {

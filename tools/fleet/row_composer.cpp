@@ -105,7 +105,8 @@ class RowComposer::Work {
     EndStretch();
     for (Channel* channel : with_positions_) channel->positions->End(batch_);
     with_positions_.clear();
-    JoinMinutes(batch_.minutes);
+    JoinRollUps(batch_.seconds);
+    JoinRollUps(batch_.minutes);
     for (const PositionChunkRow& chunk : batch_.chunks) batch_.samples += chunk.summary.n;
     return std::exchange(batch_, {});
   }
@@ -352,7 +353,7 @@ class RowComposer::Work {
     return StoreCommand(event, CommandRowOf(message, *body));
   }
 
-  Fate StoreCommand(const LogEvent& event, CommandRow row) {
+  Fate StoreCommand(const LogEvent& event, FleetCommandRow row) {
     if (!commands_.IsNew({row.id, row.state, row.finding})) return Fate::kRepeated;
     row.event = event.number;
     batch_.commands.push_back(std::move(row));

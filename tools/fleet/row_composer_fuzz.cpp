@@ -138,10 +138,8 @@ void RequireSound(const BatchRows& rows) {
     samples += chunk.summary.n;
   }
   Require(samples == rows.samples);
-  for (const PositionSecondRow& row : rows.seconds)
-    Require(row.t % 1'000'000 == 0 && row.stream < rows.streams.size());
-  for (const PositionMinuteRow& row : rows.minutes)
-    Require(row.t % 60'000'000 == 0 && row.stream < rows.streams.size());
+  for (const RollUpRow& row : rows.seconds) Require(row.t % 1'000'000 == 0 && row.stream < rows.streams.size());
+  for (const RollUpRow& row : rows.minutes) Require(row.t % 60'000'000 == 0 && row.stream < rows.streams.size());
   for (const RawRow& raw : rows.raw) Require(DecodeRaw(raw).has_value());
   RequireRows(rows.alarms);
   RequireRows(rows.commands);

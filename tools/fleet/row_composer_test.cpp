@@ -65,7 +65,7 @@ TEST(RowComposer, ANewEpochBeginsAStream) {
   ASSERT_THAT(rows.chunks, SizeIs(3));
   EXPECT_EQ(rows.chunks[1].stream, 1U);
   EXPECT_EQ(rows.chunks[2].stream, 0U);
-  EXPECT_THAT(rows.seconds, SizeIs(3));
+  EXPECT_THAT(rows.seconds, SizeIs(2));
   EXPECT_THAT(rows.minutes, SizeIs(2));  // one of each stream
   EXPECT_EQ(rows.counts.stored, 6);
 }

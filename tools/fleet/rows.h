@@ -65,16 +65,9 @@ struct PositionChunkRow {
   std::vector<std::uint8_t> body = {};
 };
 
-// Part of one second: other rows of the same stream and second may exist, in this batch or in others.
-struct PositionSecondRow {
-  std::int64_t t = 0;  // begin of the second
-  SampleSummary summary;
-  std::size_t stream = 0;
-};
-
-// Part of one minute. At most one row of a stream and minute in a batch.
-struct PositionMinuteRow {
-  std::int64_t t = 0;  // begin of the minute
+// Part of one second or minute. A batch has at most one row of a stream and time; the database joins the rows of several batches.
+struct RollUpRow {
+  std::int64_t t = 0;  // begin of the second or minute
   SampleSummary summary;
   std::size_t stream = 0;
 };
@@ -104,7 +97,7 @@ struct AlarmRow {
 };
 
 // A final outcome of a command, a finding after it, or the command itself. Unique: (id, state, finding).
-struct CommandRow {
+struct FleetCommandRow {
   std::int64_t t = 0;
   std::string device = {};
   std::array<std::uint8_t, 16> id{};
@@ -302,10 +295,10 @@ struct BatchRows {
   std::map<StreamKey, std::size_t> stream_index = {};
   std::vector<StreamKey> streams = {};
   std::vector<PositionChunkRow> chunks = {};
-  std::vector<PositionSecondRow> seconds = {};
-  std::vector<PositionMinuteRow> minutes = {};
+  std::vector<RollUpRow> seconds = {};
+  std::vector<RollUpRow> minutes = {};
   std::vector<AlarmRow> alarms = {};
-  std::vector<CommandRow> commands = {};
+  std::vector<FleetCommandRow> commands = {};
   std::vector<TripRow> trips = {};
   std::vector<DeviceHealthRow> devices = {};
   std::vector<BusHealthRow> buses = {};

@@ -128,7 +128,7 @@ Result<> Fetch::Prepare() {
 }
 
 Result<FetchedHead> Fetch::Head(const FleetLog& log) {
-  auto machine_file = ReadMachineFile(reader_, machine_, log.start_utime);
+  auto machine_file = ReadMachineFile(reader_, log);
   if (!machine_file) return Failure(machine_file.error());
   return HeadOf(log, *std::move(machine_file));
 }

@@ -212,7 +212,7 @@ void AddShard(CLI::App& fleet, int& exit_code) {
           "Its shipper and `axlecast fleet` look here first, and connect to the shard then. Rows that exist stay "
           "where they are.\n"
           "examples:\n"
-          "  axlecast fleet shard press3 \"host=db3,db4 dbname=axlecast user=axlecast_writer\"\n"
+          "  axlecast fleet shard press3 \"host=db3,db4 dbname=axlecast user=axlecast_press\"\n"
           "  axlecast fleet shard press3 --remove\n") +
       kConnectionHelp + kAdminExitCodes);
   RunAdmin(*command, options, exit_code, &Shard);

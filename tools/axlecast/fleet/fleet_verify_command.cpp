@@ -78,11 +78,11 @@ int Verification::Verify(const std::string& file) {
   auto odd = ReadOddEvents(reader_, **entry);
   if (!odd) return FailReader(reader_, odd.error());
   LogDigest log((*entry)->upto, config->lcm.prefix, *std::move(odd));
-  input.Read("verifying", [&](const LogEvent& event, std::size_t offset) {
-    log.Add(event, offset + EventSize(event));
-    return true;
-  });
+  const auto gaps = ReadGaps(reader_, **entry);
+  if (!gaps) return FailReader(reader_, gaps.error());
+  input.Read("verifying", [](const LogEvent&, std::size_t) { return true; });
   if (const int exit_code = input.ExitCode(); exit_code == kExitBad) return exit_code;
+  log.AddLog(input.log(), *gaps);
   auto database =
       options_.quick ? ReadSampleCounts(reader_, *machine, **entry) : ReadDigests(reader_, *machine, **entry);
   if (!database) return FailReader(reader_, database.error());

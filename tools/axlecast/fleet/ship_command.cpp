@@ -272,7 +272,7 @@ void AddShipCommand(CLI::App& app, int& exit_code) {
       "examples:\n"
       "  axlecast ship machine.yaml                          to the database of the machine's file (ship:)\n"
       "  axlecast ship --once --json                         everything that is recorded, and end\n"
-      "  axlecast ship --database 'host=db1 dbname=axlecast user=axlecast_writer' --password-file ship.password\n"
+      "  axlecast ship --database 'host=db1 dbname=axlecast user=axlecast_press' --password-file ship.password\n"
       "  axlecast ship --folder /mnt/old/press3 --once       logs of a folder that was kept elsewhere\n"
       "Prepare the database with `axlecast fleet init`. Several processes may not ship one machine: the newest one "
       "replaces the others.\n"

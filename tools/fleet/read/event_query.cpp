@@ -9,7 +9,6 @@ namespace axlecast {
 namespace {
 
 using db::Parameter;
-using db::Rows;
 using enum ColumnKind;
 
 constexpr EventColumn kAlarmColumns[] = {
@@ -131,7 +130,7 @@ constexpr EventTable kTables[] = {
     {"odd", "axlecast.odd e LEFT JOIN axlecast.log l ON l.id = e.log", "e.noticed", "", "", kOddColumns},
 };
 
-void Write(const Rows& row, int column, ColumnKind kind, TableWriter& table) {
+void Write(const db::Rows& row, int column, ColumnKind kind, TableWriter& table) {
   if (row.IsNull(0, column)) {
     table.Null();
     return;
@@ -203,7 +202,7 @@ Result<QueryResult> WriteEvents(FleetReader& reader, const FleetMachine& machine
                       Parameter::Timestamp(query.times.until.value_or(INT64_MAX)),
                       query.device.empty() ? Parameter::Null() : Parameter::Text(query.device),
                       query.limit > 0 ? Parameter::Int(query.limit) : Parameter::Null()},
-                     [&](const Rows& row) {
+                     [&](const db::Rows& row) {
                        const std::optional<std::int64_t> time = row.Timestamp(0, 0);
                        if (time) {
                          table.Int(*time).Utc(*time);

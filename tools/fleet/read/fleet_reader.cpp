@@ -10,9 +10,8 @@ namespace axlecast {
 namespace {
 
 using db::Parameter;
-using db::Rows;
 
-std::vector<std::string> FirstColumn(const Rows& rows) {
+std::vector<std::string> FirstColumn(const db::Rows& rows) {
   std::vector<std::string> texts;
   texts.reserve(static_cast<std::size_t>(rows.size()));
   for (int row = 0; row < rows.size(); ++row) texts.emplace_back(rows.Text(row, 0));
@@ -139,9 +138,9 @@ Result<std::vector<FleetLog>> FleetReader::Logs(const FleetMachine& machine) {
 }
 
 Result<> FleetReader::ForEach(const std::string& sql, const db::Parameters& parameters,
-                              const std::function<bool(const Rows&)>& visit) {
+                              const std::function<bool(const db::Rows&)>& visit) {
   bool ended = false;
-  const auto done = database_->ForEach(sql, parameters, [&](const Rows& row) {
+  const auto done = database_->ForEach(sql, parameters, [&](const db::Rows& row) {
     ended = !visit(row);
     return !ended;
   });

@@ -13,10 +13,10 @@ namespace axlecast {
 namespace {
 
 using db::Parameter;
-using db::Rows;
 using nlohmann::ordered_json;
 
 constexpr std::size_t kMinutesShown = 5;  // that differ, of a device
+constexpr std::size_t kDamageShown = 5;   // stretches without a hole
 
 // The times of the log's rows: partitions outside need not be read.
 QueryTimes TimesOf(const FleetLog& log) {
@@ -72,6 +72,15 @@ void CompareContent(const std::string& device, const PositionDigest& log, const 
   }
 }
 
+void CompareDamage(const std::vector<std::int64_t>& unexplained, std::vector<std::string>& differences) {
+  for (std::size_t i = 0; i < std::min(unexplained.size(), kDamageShown); ++i) {
+    differences.push_back("the log is damaged from the event " + std::to_string(unexplained[i]) +
+                          " on, and the database has no hole there");
+  }
+  if (unexplained.size() > kDamageShown)
+    differences.push_back(std::to_string(unexplained.size()) + " damaged stretches are not holes in the database");
+}
+
 const char* DetailText(Detail detail) {
   if (detail >= Detail::kSamples) return "";
   return detail == Detail::kNone ? "; not from this log" : "; not compared, because ship.detail reduces them";
@@ -103,13 +112,26 @@ Result<std::optional<FleetLog>> FindLog(FleetReader& reader, const FleetMachine&
 Result<std::vector<OddEvent>> ReadOddEvents(FleetReader& reader, const FleetLog& log) {
   std::vector<OddEvent> odd;
   const auto done = reader.ForEach("SELECT event, message FROM axlecast.odd WHERE log = $1 ORDER BY event",
-                                   {Parameter::Int(log.id)}, [&](const Rows& row) {
+                                   {Parameter::Int(log.id)}, [&](const db::Rows& row) {
                                      const std::string message = row.Binary(0, 1).value_or("");
                                      odd.push_back({row.Int(0, 0).value_or(0), Crc32c(0, AsBytes(message))});
                                      return true;
                                    });
   if (!done) return Failure(done.error());
   return odd;
+}
+
+Result<std::vector<LogGap>> ReadGaps(FleetReader& reader, const FleetLog& log) {
+  std::vector<LogGap> gaps;
+  const auto done = reader.ForEach(
+      "SELECT first_event, messages FROM axlecast.hole WHERE log = $1 AND first_event IS NOT NULL ORDER BY "
+      "first_event",
+      {Parameter::Int(log.id)}, [&](const db::Rows& row) {
+        gaps.push_back({row.Int(0, 0).value_or(0), row.Int(0, 1).value_or(-1)});
+        return true;
+      });
+  if (!done) return Failure(done.error());
+  return gaps;
 }
 
 Result<DatabaseDevices> ReadSampleCounts(FleetReader& reader, const FleetMachine& machine, const FleetLog& log) {
@@ -171,7 +193,10 @@ LogComparison Compare(const LogComparisonInput& input) {
   LogComparison result;
   result.events = input.log.events();
   result.remaining = input.log.remaining();
+  result.gaps = input.log.gaps();
+  result.missing = input.log.missing();
   result.content = input.content;
+  CompareDamage(input.log.unexplained(), result.differences);
   CompareNumbers("number of the last event", input.log.next(), input.ledger.upto, result.differences);
   CompareNumbers("bytes", static_cast<std::int64_t>(input.log.bytes()), input.ledger.bytes, result.differences);
   CompareNumbers("CRC-32C of the seals", input.log.chain(), input.ledger.chain, result.differences);
@@ -203,6 +228,10 @@ std::string ComparisonText(const std::string& file, const LogComparison& compari
                      std::to_string(comparison.events) + " events";
   if (comparison.remaining > 0)
     text += ", " + std::to_string(comparison.remaining) + " are not in the database yet";
+  if (comparison.gaps > 0) {
+    text += ", " + std::to_string(comparison.gaps) + " damaged stretches with " +
+            std::to_string(comparison.missing) + " messages are holes in the database";
+  }
   text += comparison.content ? "\n" : "; the content was not compared (--quick)\n";
   for (const LogComparison::Device& device : comparison.devices) {
     text += "  " + Left(device.name, 24) + ' ' + Right(std::to_string(device.in_log), 12) +
@@ -225,6 +254,8 @@ ordered_json ComparisonJson(const std::string& file, const LogComparison& compar
           {"equal", comparison.differences.empty()},
           {"events", comparison.events},
           {"remaining", comparison.remaining},
+          {"holes", comparison.gaps},
+          {"missing", comparison.missing},
           {"content", comparison.content},
           {"devices", devices},
           {"differences", comparison.differences}};

@@ -31,6 +31,8 @@ using DatabaseDevices = std::map<std::string, DatabasePositions>;
                                                       const LogKey& key);
 // Returns the messages of the log in the table odd, by their numbers.
 [[nodiscard]] Result<std::vector<OddEvent>> ReadOddEvents(FleetReader& reader, const FleetLog& log);
+// Returns the holes of the log, by the numbers of their events.
+[[nodiscard]] Result<std::vector<LogGap>> ReadGaps(FleetReader& reader, const FleetLog& log);
 // Return the samples of the log: their number only, or decoded.
 [[nodiscard]] Result<DatabaseDevices> ReadSampleCounts(FleetReader& reader, const FleetMachine& machine,
                                                        const FleetLog& log);
@@ -61,6 +63,8 @@ struct LogComparison {
 
   std::int64_t events = 0;     // that were compared
   std::int64_t remaining = 0;  // of the log, that are not in the database yet
+  std::int64_t gaps = 0;       // stretches of the log that are holes in the database
+  std::int64_t missing = 0;    // their messages
   bool content = true;
   std::vector<Device> devices;
   std::vector<std::string> differences;  // one line each; empty: equal

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/messages/message.h"
+#include "tools/log/log_fixture.h"
 
 namespace axlecast {
 namespace {
@@ -197,6 +198,55 @@ TEST_F(LogCheckTest, ReportsChunksThatCannotBeDecoded) {
   database_["axis1"].damaged = 1;
   EXPECT_THAT(Compared().differences, ElementsAre(HasSubstr("cannot be decoded")));
   EXPECT_EQ(ComparisonJson("a.lcm", Compared()).at("equal"), false);
+}
+
+// Five stretches of ten positions with their seals. Stretch k has the events 11 k to 11 k + 10.
+std::vector<std::uint8_t> SealedLog() {
+  ScriptedLog log;
+  std::size_t sealed = 0;
+  for (int i = 0; i < 50; ++i) {
+    log.Add("press.POSITION/axis1", Encoded(PositionOf(i)));
+    if (i % 10 != 9) continue;
+    const Bytes open = Bytes(log.bytes()).subspan(sealed);
+    log.Add(kSealChannel, EncodeSeal({.bytes = open.size(), .events = 10, .crc32c = Crc32c(0, open)}));
+    sealed = log.bytes().size();
+  }
+  return log.bytes();
+}
+
+TEST(LogDigest, DamagedStretchesThatAreHolesDoNotCount) {
+  std::vector<std::uint8_t> log = SealedLog();
+  LogDigest intact(INT64_MAX, "press.", {});
+  intact.AddLog(log, {});
+  EXPECT_EQ(intact.devices().at("axis1").positions.samples(), 50);
+  EXPECT_EQ(intact.next(), 55);
+  EXPECT_EQ(intact.bytes(), log.size());
+  EXPECT_EQ(intact.gaps(), 0);
+
+  log[log.size() / 2] ^= 1;  // in the third stretch
+  LogDigest damaged(INT64_MAX, "press.", {});
+  damaged.AddLog(log, {{22, 10}});
+  EXPECT_EQ(damaged.devices().at("axis1").positions.samples(), 40);
+  EXPECT_EQ(damaged.next(), 55);
+  EXPECT_EQ(damaged.bytes(), log.size());
+  EXPECT_EQ(damaged.gaps(), 1);
+  EXPECT_EQ(damaged.missing(), 10);
+  EXPECT_THAT(damaged.unexplained(), IsEmpty());
+  EXPECT_NE(damaged.chain(), intact.chain());
+}
+
+TEST(LogDigest, DamageWithoutAHoleIsUnexplained) {
+  std::vector<std::uint8_t> log = SealedLog();
+  log[log.size() / 2] ^= 1;
+  LogDigest digest(INT64_MAX, "press.", {});
+  digest.AddLog(log, {{11, 10}});  // a hole of an intact stretch: the database did not accept its rows
+  EXPECT_THAT(digest.unexplained(), ElementsAre(22));
+  EXPECT_EQ(digest.gaps(), 1);
+
+  LogDigest before(22, "press.", {});  // the stretch was not shipped yet
+  before.AddLog(log, {});
+  EXPECT_THAT(before.unexplained(), IsEmpty());
+  EXPECT_EQ(before.next(), 22);
 }
 
 }  // namespace

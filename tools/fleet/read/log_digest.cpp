@@ -6,6 +6,8 @@
 
 #include "core/messages/json/field.h"
 #include "core/messages/message.h"
+#include "tools/log/log_reader.h"
+#include "tools/log/sealed_stretches.h"
 
 namespace axlecast {
 namespace {
@@ -86,6 +88,34 @@ void LogDigest::Add(const LogEvent& event, std::size_t end) {
     for (std::size_t i = 0; i < message->counts.size(); ++i) {
       device.blocks.Add(BlockSampleUtime(*message, i), message->counts[i], message->flags[i]);
     }
+  }
+}
+
+void LogDigest::AddEvents(Bytes log, std::size_t begin, std::size_t end) {
+  LogReader reader(log.first(end), begin);
+  for (auto event = reader.Next(); event; event = reader.Next()) Add(*event, reader.position());
+}
+
+void LogDigest::AddLog(Bytes log, const std::vector<LogGap>& gaps) {
+  LogPlace place;
+  for (;;) {
+    const LogStretch stretch = NextStretch(log, place, true);
+    if (stretch.kind == LogStretch::Kind::kIncomplete) return;
+    const auto gap = std::ranges::lower_bound(gaps, place.number, {}, &LogGap::first_event);
+    const bool is_gap = gap != gaps.end() && gap->first_event < stretch.next.number && place.number < upto_;
+    const bool is_damaged = stretch.kind == LogStretch::Kind::kDamaged;
+    // A damaged stretch without a message is no hole.
+    if (is_gap || (is_damaged && stretch.messages == 0)) {
+      gaps_ += is_gap ? 1 : 0;
+      missing_ += is_gap ? std::max<std::int64_t>(0, gap->messages) : 0;
+      next_ = stretch.next.number;
+      bytes_ = stretch.next.offset;
+      if (stretch.kind == LogStretch::Kind::kSealed) chain_ = Crc32c(chain_, EncodeSeal(stretch.seal));
+    } else {
+      if (is_damaged && place.number < upto_) unexplained_.push_back(place.number);
+      AddEvents(log, place.offset, stretch.next.offset);
+    }
+    place = stretch.next;
   }
 }
 

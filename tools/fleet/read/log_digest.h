@@ -55,6 +55,13 @@ struct OddEvent {
   std::uint32_t crc32c = 0;  // of the message
 };
 
+// A hole of a log in the database.
+struct LogGap {
+  std::int64_t first_event = 0;  // number of the first event that is missing
+  std::int64_t messages = 0;     // -1: unknown
+  bool operator==(const LogGap&) const = default;
+};
+
 // What a log contains up to an event, calculated from the log alone, to be compared with the ledger.
 class LogDigest {
  public:
@@ -64,6 +71,9 @@ class LogDigest {
 
   // Adds an event of the log; `end`: the offset behind its record.
   void Add(const LogEvent& event, std::size_t end);
+  // Adds the whole log as the shipper reads it, from seal to seal. The events of a stretch for which the database has one of `gaps` (by
+  // their numbers) do not count; what is readable of another damaged stretch counts, and the stretch is unexplained.
+  void AddLog(Bytes log, const std::vector<LogGap>& gaps);
 
   [[nodiscard]] std::int64_t next() const { return next_; }            // number behind the last event that counts
   [[nodiscard]] std::int64_t events() const { return events_; }        // that count
@@ -71,6 +81,10 @@ class LogDigest {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }    // of the log, up to the last event that counts
   [[nodiscard]] std::uint32_t chain() const { return chain_; }  // CRC-32C over the data of the seals
   [[nodiscard]] const std::map<std::string, DevicePositions>& devices() const { return devices_; }
+  [[nodiscard]] std::int64_t gaps() const { return gaps_; }        // stretches that are holes in the database
+  [[nodiscard]] std::int64_t missing() const { return missing_; }  // their messages, as far as known
+  // Numbers of the first events of damaged stretches that the database does not have as holes.
+  [[nodiscard]] const std::vector<std::int64_t>& unexplained() const { return unexplained_; }
   // Odd messages that the log has with other bytes, or not at all.
   [[nodiscard]] std::int64_t wrong_odd() const {
     return wrong_odd_ + static_cast<std::int64_t>(odd_.size() - next_odd_);
@@ -79,6 +93,8 @@ class LogDigest {
  private:
   // Returns true if the database has the event in the table odd.
   bool TakeOdd(const LogEvent& event);
+
+  void AddEvents(Bytes log, std::size_t begin, std::size_t end);
 
   std::int64_t upto_;
   std::string prefix_;
@@ -90,6 +106,9 @@ class LogDigest {
   std::int64_t remaining_ = 0;
   std::size_t bytes_ = 0;
   std::uint32_t chain_ = 0;
+  std::int64_t gaps_ = 0;
+  std::int64_t missing_ = 0;
+  std::vector<std::int64_t> unexplained_;
   // By channel: the database does not store a message twice.
   std::map<std::string, SeqWindow, std::less<>> windows_;
   std::map<std::string, DevicePositions> devices_;

@@ -14,7 +14,6 @@ namespace axlecast {
 namespace {
 
 using db::Parameter;
-using db::Rows;
 
 // us, of a chunk.
 constexpr std::int64_t kLongestChunk = static_cast<std::int64_t>(kMaxChunkSamples) * ChunkBuilder::kLongestPause;
@@ -38,7 +37,7 @@ constexpr PositionTable kChunkTable = {"axlecast.position_chunk", "t0", kLongest
 constexpr PositionTable kSecondTable = {"axlecast.position_second", "t"};
 constexpr PositionTable kMinuteTable = {"axlecast.position_minute", "t"};
 
-PositionChunkRow ChunkOf(const Rows& row) {
+PositionChunkRow ChunkOf(const db::Rows& row) {
   const auto number = [&](int column) { return row.Int(0, column).value_or(0); };
   PositionChunkRow chunk;
   chunk.t0 = row.Timestamp(0, 0).value_or(0);
@@ -120,7 +119,7 @@ Result<QueryResult> ForEachStream(
   return result;
 }
 
-void WriteRollup(const Rows& row, const StreamKey& key, TableWriter& table) {
+void WriteRollup(const db::Rows& row, const StreamKey& key, TableWriter& table) {
   const std::int64_t t = row.Timestamp(0, 0).value_or(0);
   const std::optional<std::int64_t> lo = row.Int(0, 4);
   const std::optional<std::int64_t> hi = row.Int(0, 5);
@@ -164,7 +163,7 @@ Result<> ForEachChunk(FleetReader& reader, const FleetStream& stream, const Quer
       "t0, seq0",
       {Parameter::Int(stream.id), From(times, kLongestChunk), Until(times), From(times),
        log ? Parameter::Int(*log) : Parameter::Null()},
-      [&](const Rows& row) { return visit(ChunkOf(row)); });
+      [&](const db::Rows& row) { return visit(ChunkOf(row)); });
 }
 
 std::vector<std::string> PositionColumns(bool full) {
@@ -230,24 +229,18 @@ Result<QueryResult> WritePositions(FleetReader& reader, const std::vector<FleetD
 
 Result<QueryResult> WriteRollups(FleetReader& reader, const std::vector<FleetDevice>& devices, RollupSpan span,
                                  const PositionQuery& query, TableWriter& table) {
-  // Several parts of one second are possible.
-  const std::string sql =
-      span == RollupSpan::kSeconds
-          ? "SELECT t, sum(n), sum(valid), sum(missed), min(lo), max(hi), sum(mean * valid) / nullif(sum(valid), "
-            "0),"
-            " bit_or(flags_or), bit_and(flags_and) FROM axlecast.position_second"
-            " WHERE stream = $1 AND t >= $2 AND t < $3 GROUP BY t ORDER BY t LIMIT $4::int8"
-          : "SELECT t, n, valid, missed, lo, hi, mean, flags_or, flags_and FROM axlecast.position_minute"
-            " WHERE stream = $1 AND t >= $2 AND t < $3 ORDER BY t LIMIT $4::int8";
-  return ForEachStream(reader, devices, span == RollupSpan::kSeconds ? kSecondTable : kMinuteTable, query, table,
-                       [&](const FleetStream& stream, std::int64_t left, QueryResult&) {
-                         return reader.ForEach(
-                             sql, {Parameter::Int(stream.id), From(query.times), Until(query.times), Limit(left)},
-                             [&](const Rows& row) {
-                               WriteRollup(row, stream.key, table);
-                               return table.good();
-                             });
-                       });
+  const PositionTable& source = span == RollupSpan::kSeconds ? kSecondTable : kMinuteTable;
+  const std::string sql = "SELECT t, n, valid, missed, lo, hi, mean, flags_or, flags_and FROM " +
+                          std::string(source.name) +
+                          " WHERE stream = $1 AND t >= $2 AND t < $3 ORDER BY t LIMIT $4::int8";
+  return ForEachStream(
+      reader, devices, source, query, table, [&](const FleetStream& stream, std::int64_t left, QueryResult&) {
+        return reader.ForEach(sql, {Parameter::Int(stream.id), From(query.times), Until(query.times), Limit(left)},
+                              [&](const db::Rows& row) {
+                                WriteRollup(row, stream.key, table);
+                                return table.good();
+                              });
+      });
 }
 
 }  // namespace axlecast

@@ -11,7 +11,6 @@ namespace axlecast {
 namespace {
 
 using db::Parameter;
-using db::Rows;
 
 constexpr int kRowsAtOnce = 4;  // a row has the records of about one second
 
@@ -20,7 +19,7 @@ constexpr int kRowsAtOnce = 4;  // a row has the records of about one second
 Result<RawCoverage> ReadCoverage(FleetReader& reader, const FleetLog& log) {
   RawCoverage coverage;
   const auto done = reader.ForEach("SELECT first_event, n FROM axlecast.raw WHERE log = $1 ORDER BY first_event",
-                                   {Parameter::Int(log.id)}, [&](const Rows& row) {
+                                   {Parameter::Int(log.id)}, [&](const db::Rows& row) {
                                      coverage.Add(row.Int(0, 0).value_or(0), row.Int(0, 1).value_or(0));
                                      return true;
                                    });
@@ -28,12 +27,11 @@ Result<RawCoverage> ReadCoverage(FleetReader& reader, const FleetLog& log) {
   return coverage;
 }
 
-Result<std::string> ReadMachineFile(FleetReader& reader, const FleetMachine& machine, std::int64_t utime) {
-  // The newest that was seen before; else the oldest.
+Result<std::string> ReadMachineFile(FleetReader& reader, const FleetLog& log) {
   const auto rows = reader.database().Query(
-      "SELECT text FROM axlecast.machine_file WHERE machine = $1"
-      " ORDER BY first_seen <= $2 DESC, CASE WHEN first_seen <= $2 THEN first_seen END DESC, first_seen LIMIT 1",
-      {Parameter::Int(machine.id), Parameter::Timestamp(utime)});
+      "SELECT f.text FROM axlecast.log l JOIN axlecast.machine_file f ON f.machine = l.machine AND f.sha256 = "
+      "l.machine_file WHERE l.id = $1",
+      {Parameter::Int(log.id)});
   if (!rows) return Failure(rows.error());
   return std::string(rows->Text(0, 0));
 }

@@ -17,9 +17,8 @@ namespace axlecast {
 // Returns which numbers of the log the database has as raw records.
 [[nodiscard]] Result<RawCoverage> ReadCoverage(FleetReader& reader, const FleetLog& log);
 
-// Returns the machine's file that was valid at `utime`, as far as the database knows it; empty: it has none.
-[[nodiscard]] Result<std::string> ReadMachineFile(FleetReader& reader, const FleetMachine& machine,
-                                                  std::int64_t utime);
+// Returns the machine's file that the log has in its head; empty: it has none, or the head was damaged.
+[[nodiscard]] Result<std::string> ReadMachineFile(FleetReader& reader, const FleetLog& log);
 
 // The texts of the header events of a log that is written again.
 struct FetchedHead {

@@ -72,6 +72,7 @@ CREATE TABLE axlecast.log (
     closed      bool NOT NULL DEFAULT false,
     first_utime int8,
     last_utime  int8,
+    machine_file bytea,          -- SHA-256 of the file in its head: a row of machine_file; NULL: not shipped yet, or none
     samples     int8 NOT NULL DEFAULT 0,  -- positions that this log has contributed
     events      int8 NOT NULL DEFAULT 0,  -- rows of the other tables that it has contributed
     UNIQUE (machine, name, host, start_utime, file_number)
@@ -108,7 +109,8 @@ CREATE TABLE axlecast.position_chunk (
 ALTER TABLE axlecast.position_chunk ALTER COLUMN body SET STORAGE EXTERNAL;  -- it does not compress further
 CREATE INDEX position_chunk_stream ON axlecast.position_chunk (stream, t0);
 
--- Parts of seconds: several rows of one stream and second are possible. Read the view position_1s.
+-- One row per stream and second, and one per stream and minute. A batch adds to the rows that exist: this is only right because the
+-- ledger makes each batch count once.
 CREATE TABLE axlecast.position_second (
     t         timestamptz NOT NULL,  -- whole second
     lo        int8,                  -- counts; of valid samples; NULL without one
@@ -119,11 +121,10 @@ CREATE TABLE axlecast.position_second (
     valid     int4 NOT NULL,         -- weight of mean
     missed    int4 NOT NULL,
     flags_or  int4 NOT NULL,
-    flags_and int4 NOT NULL
+    flags_and int4 NOT NULL,
+    PRIMARY KEY (stream, t)
 ) PARTITION BY RANGE (t);
-CREATE INDEX position_second_stream ON axlecast.position_second (stream, t);
 
--- Added to by each batch: only right because the ledger makes each batch count once.
 CREATE TABLE axlecast.position_minute (
     t         timestamptz NOT NULL,  -- whole minute
     lo        int8,
@@ -161,7 +162,9 @@ CREATE TABLE axlecast.alarm (
     UNIQUE (machine, device, boot_id, source, code, first_utime, state, t)
 );
 CREATE INDEX alarm_time ON axlecast.alarm (t);
+CREATE INDEX alarm_machine ON axlecast.alarm (machine, t);
 CREATE INDEX alarm_device ON axlecast.alarm (machine, device, t);
+CREATE INDEX alarm_last ON axlecast.alarm (machine, device, source, code, t DESC);  -- what is present now
 
 -- One row for a command as its client sent it, one for its final outcome, and one for each finding after that. The bridge repeats a
 -- status: only the first is kept.
@@ -189,6 +192,7 @@ CREATE TABLE axlecast.command (
     UNIQUE (machine, command_id, state, finding)
 );
 CREATE INDEX command_time ON axlecast.command (t);
+CREATE INDEX command_machine ON axlecast.command (machine, t);
 CREATE INDEX command_device ON axlecast.command (machine, device, t);
 
 -- A driver repeats its newest trip, and reads all again after a start: `key` is made of the content, so that each is one row.
@@ -368,6 +372,11 @@ CREATE TABLE axlecast.retention (
 INSERT INTO axlecast.retention (kind, keep) VALUES
     ('position_chunk', '14 days'), ('position_second', '90 days'), ('position_minute', '5 years'), ('raw', '14 days'),
     ('device_health', '90 days'), ('bus_health', '90 days'), ('recorder_health', '90 days'), ('motor_health', '90 days'),
-    ('clock', '14 days'), ('alarm', NULL), ('command', NULL), ('trip', NULL), ('hole', NULL), ('odd', '1 year');
+    ('clock', '14 days'), ('alarm', NULL), ('command', NULL), ('trip', NULL), ('hole', NULL), ('odd', '1 year'), ('received', '1 year');
+-- When axlecast.expire() was last called: one row.
+CREATE TABLE axlecast.expiry (
+    only_row bool PRIMARY KEY DEFAULT true CHECK (only_row),
+    finished timestamptz NOT NULL
+);
 CREATE INDEX hole_machine ON axlecast.hole (machine, noticed);
 CREATE INDEX odd_machine ON axlecast.odd (machine);

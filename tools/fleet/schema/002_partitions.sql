@@ -36,15 +36,18 @@ BEGIN
 END $$;
 
 -- Deletes what axlecast.retention allows to delete, and makes the partitions of the next 8 days. Returns a row for each table from which
--- something was deleted. A partition that a long query uses stays until the next call. Call it about once an hour; calls at the same
--- time do nothing twice.
-CREATE FUNCTION axlecast.expire(OUT kind text, OUT partitions int, OUT deleted_rows int8) RETURNS SETOF record
+-- something was deleted. A partition that a long query uses stays until the next call. Every shipper calls it about once an hour with
+-- unless_within: nothing is done if another call has finished within this time, or is running.
+CREATE FUNCTION axlecast.expire(unless_within interval DEFAULT NULL, OUT kind text, OUT partitions int, OUT deleted_rows int8) RETURNS SETOF record
 LANGUAGE plpgsql SECURITY DEFINER SET search_path = pg_catalog, pg_temp SET TimeZone = 'UTC' SET lock_timeout = '2s' AS $$
 DECLARE
     rule axlecast.retention;
     part text;
 BEGIN
     IF NOT pg_try_advisory_xact_lock(hashtext('axlecast.expire')) THEN RETURN; END IF;
+    -- With the lock: a call that has just finished is seen.
+    IF EXISTS (SELECT FROM axlecast.expiry e WHERE e.finished > now() - unless_within) THEN RETURN; END IF;
+    INSERT INTO axlecast.expiry (finished) VALUES (now()) ON CONFLICT (only_row) DO UPDATE SET finished = excluded.finished;
     PERFORM axlecast.ensure_partitions(current_date, current_date + 8);
     FOR rule IN SELECT * FROM axlecast.retention r WHERE r.keep IS NOT NULL ORDER BY r.kind LOOP
         kind := rule.kind;
@@ -70,6 +73,12 @@ BEGIN
         ELSIF rule.kind IN ('hole', 'odd') THEN
             EXECUTE format('DELETE FROM axlecast.%I WHERE noticed < now() - $1', rule.kind) USING rule.keep;
             GET DIAGNOSTICS deleted_rows = ROW_COUNT;
+        ELSIF rule.kind = 'received' THEN
+            BEGIN
+                deleted_rows := axlecast.expire_received(now() - rule.keep);
+            EXCEPTION WHEN lock_not_available OR deadlock_detected THEN
+                RAISE NOTICE 'runs of axlecast.received are in use, and are deleted later';
+            END;
         END IF;
         IF partitions > 0 OR deleted_rows > 0 THEN RETURN NEXT; END IF;
     END LOOP;

@@ -8,6 +8,14 @@ RETURN ('x' || encode(substring(body FROM at + 1 FOR 8), 'hex'))::bit(64)::int8;
 CREATE FUNCTION axlecast.wrapped(value numeric) RETURNS int8 LANGUAGE sql IMMUTABLE PARALLEL SAFE
 RETURN (mod(mod(value + 9223372036854775808, 18446744073709551616) + 18446744073709551616, 18446744073709551616) - 9223372036854775808)::int8;
 
+-- Returns the residual of `width` bytes (1, 2 or 4) at `at` (from 0). It is inlined: the caller's expression becomes longer, and no call is made.
+CREATE FUNCTION axlecast.residual_at(body bytea, at int, width int) RETURNS int LANGUAGE sql IMMUTABLE PARALLEL SAFE
+RETURN CASE width
+    WHEN 1 THEN (get_byte(body, at) >> 1) # -(get_byte(body, at) & 1)
+    WHEN 2 THEN ((get_byte(body, at) << 7) | (get_byte(body, at + 1) >> 1)) # -(get_byte(body, at + 1) & 1)
+    ELSE ((get_byte(body, at) << 23) | (get_byte(body, at + 1) << 15) | (get_byte(body, at + 2) << 7) | (get_byte(body, at + 3) >> 1))
+         # -(get_byte(body, at + 3) & 1) END;
+
 -- column_values for values so large that int8 overflows on the way: residuals of 8 bytes, or beginning beyond 2^60. Slow, and rare.
 CREATE FUNCTION axlecast.wide_column_values(body bytea, at int, finish int, mode int, width int, n int) RETURNS int8[]
 LANGUAGE plpgsql IMMUTABLE STRICT PARALLEL SAFE AS $$
@@ -60,6 +68,8 @@ END $$;
 
 -- Returns the n values of a column of a chunk's body, or NULL if the body has no such column. Columns: 1 t (us after t0), 2 counts,
 -- 3 flags, 4 seq, 5 missed, 6 uncertainty, 7 mono_ns - utime, 8 raw_counts, 9 raw_turns, 10 speed, 11 device_status, 12 tick, 13 received.
+-- Loops with one or two statements are faster here than window functions. So the escapes are searched first, and the values between them
+-- need no check.
 CREATE FUNCTION axlecast.column_values(body bytea, wanted int, n int) RETURNS int8[]
 LANGUAGE plpgsql IMMUTABLE STRICT PARALLEL SAFE AS $$
 DECLARE
@@ -72,12 +82,14 @@ DECLARE
     finish int;
     i      int := 1;
     k      int;
+    stop   int;
+    q      int;
     u      int8;
     v      int8;
     d      int8 := 0;
     last   int8;
-    escape int8;
-    result int8[] := array_fill(0::int8, ARRAY[n]);
+    steps  int := greatest(n - 1, 1);
+    result int8[] := '{}';
 BEGIN
     IF get_byte(b, 0) <> 1 THEN
         RAISE EXCEPTION 'body of a chunk has version %, and this database decodes version 1', get_byte(b, 0)
@@ -103,9 +115,8 @@ BEGIN
                 RAISE EXCEPTION 'column % of a chunk does not have % values', wanted, n;
             END IF;
             k := (get_byte(b, p) << 8) | get_byte(b, p + 1);
-            v := axlecast.int8_at(b, p + 2);
+            result := result || array_fill(axlecast.int8_at(b, p + 2), ARRAY[least(k, n - i + 1)]);
             p := p + 10;
-            FOR j IN i .. least(i + k - 1, n) LOOP result[j] := v; END LOOP;
             i := i + k;
         END LOOP;
         IF p <> finish OR i <> n + 1 THEN
@@ -130,54 +141,53 @@ BEGIN
        OR mode = 0 AND last - v NOT BETWEEN -1::int8 << 52 AND 1::int8 << 52 OR mode = 2 AND last NOT BETWEEN -1::int8 << 50 AND 1::int8 << 50 THEN
         RETURN axlecast.wide_column_values(b, at + 7, finish, mode, width, n);
     END IF;
-    IF mode = 0 THEN
-        -- The line through the first and the last value: its residuals are added below.
-        IF width = 0 THEN
-            FOR j IN 0 .. n - 1 LOOP result[j + 1] := v + (last - v) * j / greatest(n - 1, 1); END LOOP;
-            RETURN result;
-        END IF;
-    ELSE
-        result[1] := v;
-        i := 2;
-        IF mode = 2 AND n > 1 THEN
-            d := last;
-            v := v + d;
-            result[2] := v;
-            i := 3;
-        END IF;
-        IF width = 0 THEN
-            FOR j IN i .. n LOOP result[j] := v + d * (j - i + 1); END LOOP;
-            RETURN result;
-        END IF;
+    IF width = 0 THEN
+        IF mode = 1 OR mode = 0 AND last = v OR mode = 2 AND last = 0 THEN RETURN array_fill(v, ARRAY[n]); END IF;
+        RETURN ARRAY(SELECT v + CASE mode WHEN 0 THEN (last - v) * j / steps ELSE last * j END FROM generate_series(0, n - 1) j);
     END IF;
-    escape := CASE width WHEN 1 THEN 255 WHEN 2 THEN 65535 ELSE -1 END;
-    FOR j IN i .. n LOOP
-        IF width = 1 THEN
-            u := get_byte(b, p);
-            p := p + 1;
-        ELSIF width = 2 THEN
-            u := (get_byte(b, p) << 8) | get_byte(b, p + 1);
-            p := p + 2;
-        ELSE
-            u := (get_byte(b, p)::int8 << 24) | (get_byte(b, p + 1) << 16) | (get_byte(b, p + 2) << 8) | get_byte(b, p + 3);
-            p := p + 4;
-        END IF;
-        IF u = escape THEN
-            u := axlecast.int8_at(b, p);
-            p := p + 8;
-            IF u NOT BETWEEN 0 AND 1::int8 << 44 THEN RETURN axlecast.wide_column_values(b, at + 7, finish, mode, width, n); END IF;
-        END IF;
-        u := (u >> 1) # -(u & 1);  -- zigzag
+    result := array_fill(v, ARRAY[n]);
+    IF mode = 1 THEN
+        i := 2;
+    ELSIF mode = 2 THEN
+        i := 3;
+        d := last;
+        IF n > 1 THEN result[2] := v + d; END IF;
+    END IF;
+    WHILE i <= n LOOP
+        -- The values i to stop have no escape, and value j has its residual at q + j * width.
+        k := CASE width WHEN 1 THEN position('\xff'::bytea IN substring(b FROM p + 1 FOR finish - p))
+                        WHEN 2 THEN (position('\xffff'::bytea IN substring(b FROM p + 1 FOR finish - p)) + 1) / 2 ELSE 0 END;
+        stop := CASE k WHEN 0 THEN n ELSE least(n, i + k - 2) END;
+        q := p - i * width;
         IF mode = 1 THEN
-            v := v + u;
-            result[j] := v;
+            FOR j IN i .. stop LOOP
+                result[j] := result[j - 1] + axlecast.residual_at(b, q + j * width, width);
+            END LOOP;
         ELSIF mode = 2 THEN
-            d := d + u;
-            v := v + d;
-            result[j] := v;
+            FOR j IN i .. stop LOOP
+                d := d + axlecast.residual_at(b, q + j * width, width);
+                result[j] := result[j - 1] + d;
+            END LOOP;
         ELSE
-            result[j] := v + (last - v) * (j - 1) / greatest(n - 1, 1) + u;
+            FOR j IN i .. stop LOOP
+                result[j] := v + (last - v) * (j - 1) / steps + axlecast.residual_at(b, q + j * width, width);
+            END LOOP;
         END IF;
+        i := stop + 1;
+        p := q + i * width;
+        EXIT WHEN i > n;
+        -- An escape, or two bytes of 0xff of different values.
+        u := axlecast.residual_at(b, p, width);
+        IF get_byte(b, p) = 255 AND (width = 1 OR get_byte(b, p + 1) = 255) THEN
+            u := axlecast.int8_at(b, p + width);
+            IF u NOT BETWEEN 0 AND 1::int8 << 44 THEN RETURN axlecast.wide_column_values(b, at + 7, finish, mode, width, n); END IF;
+            u := (u >> 1) # -(u & 1);  -- zigzag
+            p := p + 8;
+        END IF;
+        p := p + width;
+        d := CASE mode WHEN 2 THEN d ELSE 0 END + u;
+        result[i] := CASE mode WHEN 0 THEN v + (last - v) * (i - 1) / steps ELSE result[i - 1] END + d;
+        i := i + 1;
     END LOOP;
     IF p <> finish THEN
         RAISE EXCEPTION 'column % of a chunk does not have % values', wanted, n;
@@ -195,31 +205,34 @@ RETURNS TABLE (t timestamptz, counts int8, value float8, flags int4, valid bool,
 LANGUAGE plpgsql STABLE PARALLEL SAFE ROWS 2500 AS $$
 #variable_conflict use_column
 DECLARE
+    -- A value that the planner knows: it opens the partitions of this time only.
+    earliest timestamptz := from_time - interval '1 day';
     c record;
 BEGIN
     FOR c IN
-        SELECT p.*, s.unit_per_count
+        SELECT p.t0, p.n, p.body, p.stream, s.unit_per_count,
+               -- Columns with one value need no decoding.
+               CASE p.flags_or WHEN p.flags_and THEN p.flags_or END AS flags, CASE p.missed WHEN 0 THEN 0 END AS missed
         FROM axlecast.machine m
         JOIN axlecast.device d ON d.machine = m.id
         JOIN axlecast.stream s ON s.device = d.id
         -- The chunk that begins before from_time may reach into the time.
         CROSS JOIN LATERAL (SELECT max(q.t0) AS t0 FROM axlecast.position_chunk q
-                            WHERE q.stream = s.id AND q.t0 <= from_time AND q.t0 >= from_time - interval '1 day') before
+                            WHERE q.stream = s.id AND q.t0 <= from_time AND q.t0 >= earliest) before
         JOIN LATERAL (SELECT * FROM axlecast.position_chunk q
                       WHERE q.stream = s.id AND q.t0 >= coalesce(before.t0, from_time) AND q.t0 <= to_time
-                        AND q.t0 >= from_time - interval '1 day') p ON p.t1 >= from_time
+                        AND q.t0 >= earliest) p ON p.t1 >= from_time
         WHERE m.name = samples.machine AND d.name = samples.device
         ORDER BY p.t0
     LOOP
         RETURN QUERY
-        SELECT v.*, c.stream
-        FROM (SELECT c.t0 + a.us * interval '1 us', a.counts, CASE WHEN a.flags & 1 = 1 THEN a.counts * c.unit_per_count END,
-                     a.flags::int4, a.flags & 1 = 1, a.missed::int4, a.seq
-              FROM unnest(axlecast.column_values(c.body, 1, c.n), axlecast.column_values(c.body, 2, c.n),
-                          coalesce(axlecast.column_values(c.body, 3, c.n),
-                                   CASE c.flags_or WHEN c.flags_and THEN array_fill(c.flags_or::int8, ARRAY[c.n]) END),
-                          coalesce(axlecast.column_values(c.body, 5, c.n), CASE c.missed WHEN 0 THEN array_fill(0::int8, ARRAY[c.n]) END),
-                          axlecast.column_values(c.body, 4, c.n)) AS a (us, counts, flags, missed, seq)) AS v (t)
+        SELECT v.t, a.counts, CASE WHEN v.flags & 1 = 1 THEN a.counts * c.unit_per_count END, v.flags, v.flags & 1 = 1,
+               coalesce(c.missed, a.missed::int4), a.seq, c.stream
+        FROM unnest(axlecast.column_values(c.body, 1, c.n), axlecast.column_values(c.body, 2, c.n),
+                    CASE WHEN c.flags IS NULL THEN axlecast.column_values(c.body, 3, c.n) END,
+                    CASE WHEN c.missed IS NULL THEN axlecast.column_values(c.body, 5, c.n) END,
+                    axlecast.column_values(c.body, 4, c.n)) AS a (us, counts, flags, missed, seq),
+             LATERAL (SELECT c.t0 + a.us * interval '1 us', coalesce(c.flags, a.flags::int4)) AS v (t, flags)
         WHERE v.t BETWEEN from_time AND to_time;
     END LOOP;
 END $$;

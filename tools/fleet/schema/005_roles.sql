@@ -19,11 +19,11 @@ GRANT SELECT ON ALL TABLES IN SCHEMA axlecast TO axlecast_writer, axlecast_reade
 GRANT INSERT ON axlecast.machine, axlecast.device, axlecast.stream, axlecast.log, axlecast.machine_file, axlecast.position_chunk, axlecast.position_second,
     axlecast.position_minute, axlecast.alarm, axlecast.command, axlecast.trip, axlecast.device_health, axlecast.bus_health, axlecast.recorder_health,
     axlecast.motor_health, axlecast.clock, axlecast.nv_writes, axlecast.raw, axlecast.hole, axlecast.odd TO axlecast_writer;
-GRANT UPDATE ON axlecast.machine, axlecast.log, axlecast.position_minute, axlecast.nv_writes TO axlecast_writer;
+GRANT UPDATE ON axlecast.machine, axlecast.log, axlecast.position_second, axlecast.position_minute, axlecast.nv_writes TO axlecast_writer;
 
 -- Functions may be called by all by default; these change the database.
-REVOKE EXECUTE ON FUNCTION axlecast.ensure_partitions(date, date), axlecast.expire() FROM PUBLIC;
-GRANT EXECUTE ON FUNCTION axlecast.ensure_partitions(date, date), axlecast.expire() TO axlecast_writer;
+REVOKE EXECUTE ON FUNCTION axlecast.ensure_partitions(date, date), axlecast.expire(interval) FROM PUBLIC;
+GRANT EXECUTE ON FUNCTION axlecast.ensure_partitions(date, date), axlecast.expire(interval) TO axlecast_writer;
 
 -- Compiling a query takes longer than the queries of a chart: 800 ms where the query takes 60 ms.
 DO $$

@@ -15,6 +15,7 @@ CREATE TABLE axlecast.received (
 -- Neither has last_seq or t1, so that a run grows without a change of an index.
 CREATE INDEX received_run ON axlecast.received (log, channel, boot_id);
 CREATE INDEX received_channel ON axlecast.received (machine, channel, boot_id, first_seq);
+CREATE INDEX received_time ON axlecast.received (t0) WHERE first_seq > 0;  -- for expire_received: the runs that may be old
 
 -- Adds runs of a log: extends the run that each of them continues.
 CREATE FUNCTION axlecast.add_received(of_machine int4, of_log int4, channels text[], boot_ids int8[], first_seqs int8[], last_seqs int8[],
@@ -43,6 +44,36 @@ FROM (SELECT r.machine, r.channel, r.boot_id, coalesce(max(r.last_seq) OVER earl
       WINDOW earlier AS (PARTITION BY r.machine, r.channel, r.boot_id ORDER BY r.first_seq ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING)) g
 JOIN axlecast.machine m ON m.id = g.machine
 WHERE g.first_seq <= g.last_seq;
+
+-- Joins the runs of each publisher that are older than `before`, and so forgets the gaps between them. A run is old if its last message
+-- and the newest message of its log are. The newest of the old runs stays, and begins with 0 then: without it, all numbers before the next
+-- run would be a new gap. Old runs behind a run that is kept (a clock was wrong) stay as well. Returns the number of deleted rows.
+CREATE FUNCTION axlecast.expire_received(before timestamptz) RETURNS int8
+LANGUAGE plpgsql SET search_path = pg_catalog, pg_temp AS $$
+DECLARE
+    deleted int8;
+BEGIN
+    WITH publisher AS (
+        SELECT DISTINCT r.machine, r.channel, r.boot_id FROM axlecast.received r WHERE r.first_seq > 0 AND r.t0 < before
+    ), run AS MATERIALIZED (
+        SELECT r.ctid AS place, r.machine, r.channel, r.boot_id, r.first_seq, r.last_seq,
+               r.t1 < before AND coalesce(axlecast.time_of(l.last_utime) < before, true) AS old
+        FROM publisher p
+        JOIN axlecast.received r ON (r.machine, r.channel, r.boot_id) = (p.machine, p.channel, p.boot_id)
+        LEFT JOIN axlecast.log l ON l.id = r.log
+        FOR UPDATE OF r
+    ), judged AS (
+        SELECT *, min(first_seq) FILTER (WHERE NOT old) OVER (PARTITION BY machine, channel, boot_id) AS first_kept FROM run
+    ), expired AS (
+        SELECT place, row_number() OVER (PARTITION BY machine, channel, boot_id ORDER BY last_seq DESC, place) AS age FROM judged
+        WHERE old AND (first_kept IS NULL OR first_seq < first_kept)
+    ), joined AS (
+        UPDATE axlecast.received r SET first_seq = 0 FROM expired e WHERE r.ctid = e.place AND e.age = 1 AND r.first_seq > 0
+    )
+    DELETE FROM axlecast.received r USING expired e WHERE r.ctid = e.place AND e.age > 1;
+    GET DIAGNOSTICS deleted = ROW_COUNT;
+    RETURN deleted;
+END $$;
 
 GRANT SELECT ON axlecast.received, axlecast.gaps TO axlecast_writer, axlecast_reader;
 GRANT INSERT, UPDATE ON axlecast.received TO axlecast_writer;

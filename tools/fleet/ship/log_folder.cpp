@@ -100,7 +100,7 @@ Result<FolderContent> LogFolder::Scan(Timestamp now) {
   }
   for (FolderLog& log : content.logs) {
     const bool is_newest = log.key.start_utime == newest[{log.key.name, log.key.host}];
-    log.closed = log.compressed || !is_newest || IsClosed(log, files_[log.file], now.mono);
+    log.closed = log.compressed || IsClosed(log, files_[log.file], is_newest, now.mono);
   }
   return content;
 }
@@ -112,7 +112,8 @@ void LogFolder::Look(const std::string& file, Timestamp now) {
   known.seen = true;
   const bool same = known.inode == status.st_ino && status.st_size >= known.bytes;
   if (same && status.st_size == known.bytes) return;
-  if (!same) known = {.inode = status.st_ino, .seen = true};
+  if (!same) known = {.inode = status.st_ino, .found = now.mono, .seen = true};
+  known.released = false;
   known.bytes = status.st_size;
   // A file that is seen for the first time may have been quiet for long.
   const std::int64_t age_us =
@@ -161,8 +162,11 @@ Result<std::shared_ptr<const LogFacts>> LogFolder::FactsOf(const std::string& ma
   return std::shared_ptr<const LogFacts>(std::move(facts));
 }
 
-bool LogFolder::IsClosed(const FolderLog& log, const Known& known, MonoNs now) const {
-  return now - known.grown >= kQuiet && !LogFile::IsBeingWritten(folder_ + '/' + log.file);
+bool LogFolder::IsClosed(const FolderLog& log, Known& known, bool is_newest, MonoNs now) const {
+  const MonoNs since = is_newest ? known.grown : std::min(known.grown, known.found);
+  if (now - since < kQuiet) return false;
+  if (!known.released) known.released = !LogFile::IsBeingWritten(folder_ + '/' + log.file);
+  return known.released;
 }
 
 }  // namespace axlecast

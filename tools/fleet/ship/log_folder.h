@@ -40,8 +40,9 @@ struct FolderContent {
 // files with one identity (a copy, or a log that is being compressed), one is taken: that with the recorder's kind of name, then the
 // one that is not compressed, then the greatest. Each head is read once.
 //
-// A log is closed if it is compressed, if a newer log of its recorder exists, or if it has not grown for kQuiet and no process holds
-// its lock. The lock is not asked for earlier, because a recorder that begins a log would find it taken.
+// A log is closed if it is compressed, or if no process holds its lock. The lock is asked for when the log has not grown for kQuiet; if a
+// log of its recorder with a later start exists, when the file has been known for kQuiet. A recorder that begins a log would find the
+// lock taken otherwise. A later start is no proof: the clock may have been set back.
 class LogFolder {
  public:
   static constexpr MonoNs kQuiet = 10 * kSecond;
@@ -58,18 +59,20 @@ class LogFolder {
   struct Known {
     std::uint64_t inode = 0;
     std::int64_t bytes = 0;
+    MonoNs found = 0;  // when the file was seen first
     MonoNs grown = 0;  // when its size changed
     LogKey key = {};
     std::shared_ptr<const LogFacts> facts = {};  // null: skipped
     std::string reason = {};
     bool foreign = false;
     bool seen = false;
+    bool released = false;  // nobody had its lock when it had this size
   };
 
   void Look(const std::string& file, Timestamp now);
   void ReadHead(const std::string& file, Known& known);
   [[nodiscard]] Result<std::shared_ptr<const LogFacts>> FactsOf(const std::string& machine);
-  [[nodiscard]] bool IsClosed(const FolderLog& log, const Known& known, MonoNs now) const;
+  [[nodiscard]] bool IsClosed(const FolderLog& log, Known& known, bool is_newest, MonoNs now) const;
 
   std::string folder_;
   std::vector<std::string> names_;

@@ -100,9 +100,25 @@ TEST_F(LogFolderTest, ALogIsClosedByItsSuccessor) {
   Write("press3-positions_20260921T000000Z.lcm", Log("positions", 5));
   EXPECT_FALSE(Scan(0).logs[0].closed);
   Write("press3-positions_20260921T000001Z.lcm", Log("positions", 6));
-  const FolderContent content = Scan(kSecond);
+  EXPECT_FALSE(Scan(kSecond).logs[0].closed);
+  // Neither has been quiet for long.
+  Write("press3-positions_20260921T000000Z.lcm", Log("positions", 5, "press3", 9));
+  Write("press3-positions_20260921T000001Z.lcm", Log("positions", 6, "press3", 9));
+  static_cast<void>(Scan(5 * kSecond));
+  const FolderContent content = Scan(LogFolder::kQuiet);
   EXPECT_TRUE(content.logs[0].closed);
   EXPECT_FALSE(content.logs[1].closed);
+}
+
+TEST_F(LogFolderTest, ALogThatIsBeingWrittenIsOpenAlthoughAnotherOneHasALaterStart) {
+  Write("press3-positions_20360921T000000Z.lcm", Log("positions", 6));  // before the clock was set back
+  Write("a.lcm", Log("positions", 5));
+  LogFile writer;
+  ASSERT_EQ(writer.Continue(Path("a.lcm"), static_cast<std::int64_t>(Log("positions", 5).size())), 0);
+  EXPECT_FALSE(Scan(0).logs[0].closed);
+  const FolderContent content = Scan(LogFolder::kQuiet + kSecond);
+  EXPECT_FALSE(content.logs[0].closed);
+  EXPECT_TRUE(content.logs[1].closed);
 }
 
 TEST_F(LogFolderTest, ALogIsClosedIfItIsQuietAndNobodyWritesIt) {

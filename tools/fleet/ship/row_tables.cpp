@@ -60,24 +60,10 @@ TableRows Chunks(const BatchRows& batch, const RowIds& ids) {
   return table;
 }
 
-TableRows Seconds(const BatchRows& batch, const RowIds& ids) {
-  TableRows table{"axlecast.position_second(t, lo, hi, mean, stream, n, valid, missed, flags_or, flags_and)",
-                  CopyRows(10)};
-  for (const PositionSecondRow& second : batch.seconds) {
-    CopyRow row = table.rows.Row();
-    row.Timestamp(second.t);
-    AppendValues(row, second.summary);
-    row.Int4(ids.streams[second.stream]).Int4(Limited(second.summary.n)).Int4(Limited(second.summary.valid));
-    row.Int4(Limited(second.summary.missed)).Int4(second.summary.flags_or).Int4(second.summary.flags_and);
-  }
-  return table;
-}
-
 TableRows Devices(const BatchRows& batch, const RowIds& ids) {
   TableRows table{
       "axlecast.device_health(t, boot_id, good, errors, machine, nv_writes, datum_epoch, device, bus, family, "
-      "model, "
-      "serial, firmware, state, reason, message, log, seq)",
+      "model, serial, firmware, state, reason, message, log, seq)",
       CopyRows(18)};
   for (const DeviceHealthRow& device : batch.devices) {
     CopyRow row = table.rows.Row();
@@ -97,8 +83,7 @@ CopyRow& AppendFloat(CopyRow& row, const std::optional<double>& value) {
 TableRows Buses(const BatchRows& batch, const RowIds& ids) {
   TableRows table{
       "axlecast.bus_health(t, boot_id, exchanges, good, late, rx_dropped, errors, machine, utilisation, bus, "
-      "family, port, "
-      "state, message, log, seq)",
+      "family, port, state, message, log, seq)",
       CopyRows(16)};
   for (const BusHealthRow& bus : batch.buses) {
     CopyRow row = table.rows.Row();
@@ -114,8 +99,7 @@ TableRows Buses(const BatchRows& batch, const RowIds& ids) {
 TableRows Recorders(const BatchRows& batch, const RowIds& ids) {
   TableRows table{
       "axlecast.recorder_health(t, boot_id, messages, lost, kernel_dropped, free_bytes, machine, name, state, "
-      "message, log, "
-      "seq)",
+      "message, log, seq)",
       CopyRows(12)};
   for (const RecorderHealthRow& recorder : batch.recorders) {
     CopyRow row = table.rows.Row();
@@ -132,8 +116,7 @@ TableRows Recorders(const BatchRows& batch, const RowIds& ids) {
 TableRows Motors(const BatchRows& batch, const RowIds& ids) {
   TableRows table{
       "axlecast.motor_health(t, boot_id, machine, voltage_v, current_a, power_w, temperature_c, accel_x_mps2, "
-      "accel_y_mps2, "
-      "accel_z_mps2, trip_count, status_bits, flags, device, message, log, seq)",
+      "accel_y_mps2, accel_z_mps2, trip_count, status_bits, flags, device, message, log, seq)",
       CopyRows(17)};
   for (const MotorHealthRow& motor : batch.motors) {
     CopyRow row = table.rows.Row();
@@ -150,8 +133,7 @@ TableRows Motors(const BatchRows& batch, const RowIds& ids) {
 TableRows Clocks(const BatchRows& batch, const RowIds& ids) {
   TableRows table{
       "axlecast.clock(t, boot_id, base_id, half_width_ns, utc_half_width_ns, machine, epoch, host, root, state, "
-      "grade, "
-      "message, log, seq)",
+      "grade, message, log, seq)",
       CopyRows(14)};
   for (const ClockRow& clock : batch.clocks) {
     CopyRow row = table.rows.Row();
@@ -218,16 +200,12 @@ RowStatement Alarms(const BatchRows& batch, const RowIds& ids) {
   }
   return FromJson(
       "INSERT INTO axlecast.alarm (t, machine, device, boot_id, code, source, name, severity, state, alarm_state, "
-      "text, "
-      "first_utime, last_utime, count, cause, message, log) SELECT timestamptz 'epoch' + r.t * interval '1 "
-      "microsecond', "
-      "$2::int4, r.device, r.boot_id, r.code, r.source, r.name, r.severity, r.state, r.alarm_state, r.text, "
-      "r.first_utime, "
-      "r.last_utime, r.count, r.cause, r.message, $3::int4 FROM jsonb_to_recordset($1::jsonb) AS r(t int8, device "
-      "text, "
-      "boot_id int8, code int4, source text, name text, severity text, state text, alarm_state text, text text, "
-      "first_utime "
-      "int8, last_utime int8, count int4, cause text, message jsonb) ON CONFLICT DO NOTHING",
+      "text, first_utime, last_utime, count, cause, message, log) SELECT timestamptz 'epoch' + r.t * interval '1 "
+      "microsecond', $2::int4, r.device, r.boot_id, r.code, r.source, r.name, r.severity, r.state, r.alarm_state, "
+      "r.text, r.first_utime, r.last_utime, r.count, r.cause, r.message, $3::int4 FROM "
+      "jsonb_to_recordset($1::jsonb) AS r(t int8, device text, boot_id int8, code int4, source text, name text, "
+      "severity text, state text, alarm_state text, text text, first_utime int8, last_utime int8, count int4, "
+      "cause text, message jsonb) ON CONFLICT DO NOTHING",
       rows, ids);
 }
 
@@ -236,7 +214,7 @@ Json TextOrNull(const std::string& text) { return text.empty() ? Json() : Json(t
 
 RowStatement Commands(const BatchRows& batch, const RowIds& ids) {
   Json rows = Json::array();
-  for (const CommandRow& command : batch.commands) {
+  for (const FleetCommandRow& command : batch.commands) {
     const bool issued = command.state.ends_with("issued");
     rows.push_back({{"t", command.t},
                     {"device", command.device},
@@ -259,19 +237,14 @@ RowStatement Commands(const BatchRows& batch, const RowIds& ids) {
   }
   return FromJson(
       "INSERT INTO axlecast.command (t, machine, device, command_id, operation, state, finding, is_final, "
-      "verified, outcome, "
-      "reason_code, reason, text, issued_by, started, finished, boot_id, seq, message, log) SELECT timestamptz "
-      "'epoch' + r.t * "
-      "interval '1 microsecond', $2::int4, r.device, r.command_id, r.operation, r.state, r.finding, r.is_final, "
-      "r.verified, "
-      "r.outcome, r.reason_code, r.reason, r.text, r.issued_by, timestamptz 'epoch' + r.started * interval '1 "
-      "microsecond', "
-      "timestamptz 'epoch' + r.finished * interval '1 microsecond', r.boot_id, r.seq, r.message, $3::int4 FROM "
-      "jsonb_to_recordset($1::jsonb) AS r(t int8, device text, command_id uuid, operation text, state text, "
-      "finding text, "
-      "is_final bool, verified bool, outcome text, reason_code int4, reason text, text text, issued_by text, "
-      "started int8, "
-      "finished int8, boot_id int8, seq int8, message jsonb) ON CONFLICT DO NOTHING",
+      "verified, outcome, reason_code, reason, text, issued_by, started, finished, boot_id, seq, message, log) "
+      "SELECT timestamptz 'epoch' + r.t * interval '1 microsecond', $2::int4, r.device, r.command_id, "
+      "r.operation, r.state, r.finding, r.is_final, r.verified, r.outcome, r.reason_code, r.reason, r.text, "
+      "r.issued_by, timestamptz 'epoch' + r.started * interval '1 microsecond', timestamptz 'epoch' + r.finished "
+      "* interval '1 microsecond', r.boot_id, r.seq, r.message, $3::int4 FROM jsonb_to_recordset($1::jsonb) AS "
+      "r(t int8, device text, command_id uuid, operation text, state text, finding text, is_final bool, verified "
+      "bool, outcome text, reason_code int4, reason text, text text, issued_by text, started int8, finished int8, "
+      "boot_id int8, seq int8, message jsonb) ON CONFLICT DO NOTHING",
       rows, ids);
 }
 
@@ -290,60 +263,54 @@ RowStatement Trips(const BatchRows& batch, const RowIds& ids) {
                     {"message", Embedded(trip.message)}});
   }
   return FromJson(
-      "INSERT INTO axlecast.trip (t, machine, device, trip_count, factor_bits, not_before, not_after, interval_us, "
-      "key, "
-      "boot_id, message, log) SELECT timestamptz 'epoch' + r.t * interval '1 microsecond', $2::int4, r.device, "
-      "r.trip_count, "
-      "r.factor_bits, timestamptz 'epoch' + r.not_before * interval '1 microsecond', timestamptz 'epoch' + "
-      "r.not_after * "
-      "interval '1 microsecond', r.interval_us, r.key, r.boot_id, r.message, $3::int4 FROM "
-      "jsonb_to_recordset($1::jsonb) AS "
-      "r(t int8, device text, trip_count int4, factor_bits int4, not_before int8, not_after int8, interval_us "
-      "int4, key int8, "
-      "boot_id int8, message jsonb) ON CONFLICT DO NOTHING",
+      "INSERT INTO axlecast.trip (t, machine, device, trip_count, factor_bits, not_before, not_after, "
+      "interval_us, key, boot_id, message, log) SELECT timestamptz 'epoch' + r.t * interval '1 microsecond', "
+      "$2::int4, r.device, r.trip_count, r.factor_bits, timestamptz 'epoch' + r.not_before * interval '1 "
+      "microsecond', timestamptz 'epoch' + r.not_after * interval '1 microsecond', r.interval_us, r.key, "
+      "r.boot_id, r.message, $3::int4 FROM jsonb_to_recordset($1::jsonb) AS r(t int8, device text, trip_count "
+      "int4, factor_bits int4, not_before int8, not_after int8, interval_us int4, key int8, boot_id int8, message "
+      "jsonb) ON CONFLICT DO NOTHING",
       rows, ids);
 }
 
+// The file that the log has, and that it is this log's.
 RowStatement MachineFile(const MachineFileRow& file, const RowIds& ids) {
   return {
-      "INSERT INTO axlecast.machine_file (machine, sha256, text, first_seen) VALUES ($1::int4, $2, $3, $4) ON "
-      "CONFLICT DO NOTHING",
+      "WITH file AS (INSERT INTO axlecast.machine_file (machine, sha256, text, first_seen) VALUES ($1::int4, $2, "
+      "$3, "
+      "$4) ON CONFLICT DO NOTHING) UPDATE axlecast.log SET machine_file = $2 WHERE id = $5::int4",
       {db::Parameter::Int(ids.machine), db::Parameter::Binary(file.sha256), db::Parameter::Text(file.text),
-       db::Parameter::Timestamp(file.first_seen)}};
+       db::Parameter::Timestamp(file.first_seen), db::Parameter::Int(ids.log)}};
 }
 
-RowStatement Minutes(const BatchRows& batch, const RowIds& ids) {
+RowStatement RollUps(std::string_view table, const std::vector<RollUpRow>& rows, const RowIds& ids) {
   std::vector<std::int64_t> t, n, valid, missed, stream, flags_or, flags_and;
   std::vector<std::optional<std::int64_t>> lo, hi;
   std::vector<std::optional<double>> mean;
-  for (const PositionMinuteRow& minute : batch.minutes) {
-    t.push_back(minute.t);
-    lo.push_back(minute.summary.lo);
-    hi.push_back(minute.summary.hi);
-    mean.push_back(minute.summary.mean);
-    n.push_back(minute.summary.n);
-    valid.push_back(minute.summary.valid);
-    missed.push_back(minute.summary.missed);
-    stream.push_back(ids.streams[minute.stream]);
-    flags_or.push_back(minute.summary.flags_or);
-    flags_and.push_back(minute.summary.flags_and);
+  for (const RollUpRow& row : rows) {
+    t.push_back(row.t);
+    lo.push_back(row.summary.lo);
+    hi.push_back(row.summary.hi);
+    mean.push_back(row.summary.mean);
+    n.push_back(row.summary.n);
+    valid.push_back(row.summary.valid);
+    missed.push_back(row.summary.missed);
+    stream.push_back(ids.streams[row.stream]);
+    flags_or.push_back(row.summary.flags_or);
+    flags_and.push_back(row.summary.flags_and);
   }
   using db::Parameter;
   return {
-      "INSERT INTO axlecast.position_minute AS m (t, lo, hi, mean, n, valid, missed, stream, flags_or, flags_and) "
-      "SELECT r.t, "
-      "r.lo, r.hi, r.mean, r.n, r.valid, r.missed, r.stream::int4, r.flags_or::int4, r.flags_and::int4 FROM "
-      "unnest($1::timestamptz[], $2::int8[], $3::int8[], $4::float8[], $5::int8[], $6::int8[], $7::int8[], "
-      "$8::int8[], "
-      "$9::int8[], $10::int8[]) AS r(t, lo, hi, mean, n, valid, missed, stream, flags_or, flags_and) ON CONFLICT "
-      "(stream, t) "
-      "DO UPDATE SET lo = least(m.lo, excluded.lo), hi = greatest(m.hi, excluded.hi), mean = CASE WHEN m.valid = 0 "
-      "THEN "
-      "excluded.mean WHEN excluded.valid = 0 THEN m.mean ELSE m.mean + (excluded.mean - m.mean) * excluded.valid / "
-      "(m.valid + "
-      "excluded.valid) END, n = m.n + excluded.n, valid = m.valid + excluded.valid, missed = m.missed + "
-      "excluded.missed, "
-      "flags_or = m.flags_or | excluded.flags_or, flags_and = m.flags_and & excluded.flags_and",
+      "INSERT INTO " + std::string(table) +
+          " AS p (t, lo, hi, mean, n, valid, missed, stream, flags_or, flags_and) SELECT r.t, r.lo, r.hi, r.mean, "
+          "r.n, r.valid, r.missed, r.stream, r.flags_or, r.flags_and FROM unnest($1::timestamptz[], $2::int8[], "
+          "$3::int8[], $4::float8[], $5::int8[], $6::int8[], $7::int8[], $8::int8[], $9::int8[], $10::int8[]) AS "
+          "r(t, lo, hi, mean, n, valid, missed, stream, flags_or, flags_and) ON CONFLICT (stream, t) DO UPDATE "
+          "SET lo = least(p.lo, excluded.lo), hi = greatest(p.hi, excluded.hi), mean = CASE WHEN p.valid = 0 THEN "
+          "excluded.mean WHEN excluded.valid = 0 THEN p.mean ELSE p.mean + (excluded.mean - p.mean) * "
+          "excluded.valid / (p.valid + excluded.valid) END, n = p.n + excluded.n, valid = p.valid + "
+          "excluded.valid, missed = least(p.missed + excluded.missed::int8, 2147483647), flags_or = p.flags_or | "
+          "excluded.flags_or, flags_and = p.flags_and & excluded.flags_and",
       {Parameter::Timestamps(t), Parameter::Array(lo), Parameter::Array(hi), Parameter::Array(mean),
        Parameter::Array(n), Parameter::Array(valid), Parameter::Array(missed), Parameter::Array(stream),
        Parameter::Array(flags_or), Parameter::Array(flags_and)}};
@@ -377,7 +344,6 @@ std::vector<TableRows> CopyTables(const BatchRows& batch, const RowIds& ids) {
     if (!table.rows.empty()) tables.push_back(std::move(table));
   };
   add(Chunks(batch, ids));
-  add(Seconds(batch, ids));
   add(Devices(batch, ids));
   add(Buses(batch, ids));
   add(Recorders(batch, ids));
@@ -390,7 +356,10 @@ std::vector<TableRows> CopyTables(const BatchRows& batch, const RowIds& ids) {
 
 std::vector<RowStatement> InsertStatements(const BatchRows& batch, const RowIds& ids) {
   std::vector<RowStatement> statements;
-  if (!batch.minutes.empty()) statements.push_back(Minutes(batch, ids));
+  for (const auto& [table, rows] :
+       {std::pair("axlecast.position_second", &batch.seconds), {"axlecast.position_minute", &batch.minutes}}) {
+    if (!rows->empty()) statements.push_back(RollUps(table, *rows, ids));
+  }
   if (!batch.alarms.empty()) statements.push_back(Alarms(batch, ids));
   if (!batch.commands.empty()) statements.push_back(Commands(batch, ids));
   if (!batch.trips.empty()) statements.push_back(Trips(batch, ids));

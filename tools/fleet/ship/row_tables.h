@@ -28,7 +28,7 @@ struct TableRows {
 [[nodiscard]] std::vector<TableRows> CopyTables(const BatchRows& batch, const RowIds& ids);
 
 // One statement that adds rows. Rows that the database has already (after the log before was deleted, RowComposer) are ignored;
-// minutes are added to those that it has.
+// seconds and minutes are joined with those that it has.
 struct RowStatement {
   std::string sql;
   db::Parameters parameters;

@@ -14,7 +14,6 @@ namespace {
 using db::DatabaseError;
 using db::DatabaseFault;
 using db::Parameter;
-using db::Rows;
 
 constexpr std::int64_t kDayUs = 86'400'000'000;
 // As axlecast.ensure_partitions allows, with a day of room for a server whose clock is set meanwhile.
@@ -42,7 +41,7 @@ tl::unexpected<ShipError> Failed(std::string text, ShipFault fault = ShipFault::
   return tl::unexpected<ShipError>(ShipError{{std::move(text), 0}, fault});
 }
 
-LedgerEntry EntryAt(const Rows& rows, int row, int column) {
+LedgerEntry EntryAt(const db::Rows& rows, int row, int column) {
   LedgerEntry entry;
   entry.id = static_cast<std::int32_t>(rows.Int(row, column).value_or(0));
   entry.upto = rows.Int(row, column + 1).value_or(0);
@@ -102,23 +101,35 @@ ShipResult<> ShipDatabase::ConnectToShard() {
         std::make_unique<db::Database>(db::DatabaseSettings{.connection = connection,
                                                             .password = settings_.password,
                                                             .application = "axlecast ship " + settings_.machine,
-                                                            .stop = settings_.stop},
+                                                            .stop = settings_.stop,
+                                                            .timelines = &timelines_},
                                        secrets_);
-    return database_->Connect();
+    auto connected = database_->Connect();
+    for (std::string& notice : database_->TakeNotices()) warning_ = std::move(notice);
+    return connected;
   };
-  if (const auto connected = connect(settings_.connection); !connected) return Failed(connected.error());
+  warning_.clear();
+  const auto connect_to_shard = [&]() -> ShipResult<> {
+    const auto connected = connect(shard_);
+    if (connected) return {};
+    return Failed("the shard of the machine " + settings_.machine + ": " + connected.error().text,
+                  FaultFor(connected.error().fault));
+  };
+  if (const auto connected = connect(settings_.connection); !connected) {
+    // The coordinator is needed at the start only.
+    if (shard_.empty() || !db::MayPassLater(connected.error().fault)) return Failed(connected.error());
+    return connect_to_shard();
+  }
   const auto has_shards = database_->Query("SELECT to_regclass('axlecast.shard') IS NOT NULL");
   if (!has_shards) return Failed(has_shards.error());
+  shard_.clear();
   if (!has_shards->Bool(0, 0).value_or(false)) return {};
   const auto shard = database_->Query("SELECT connection FROM axlecast.shard WHERE machine = $1",
                                       {Parameter::Text(settings_.machine)});
   if (!shard) return Failed(shard.error());
   if (shard->empty()) return {};
-  if (const auto connected = connect(std::string(shard->Text(0, 0))); !connected) {
-    return Failed("the shard of the machine " + settings_.machine + ": " + connected.error().text,
-                  FaultFor(connected.error().fault));
-  }
-  return {};
+  shard_ = std::string(shard->Text(0, 0));
+  return connect_to_shard();
 }
 
 ShipResult<> ShipDatabase::CheckTables() {
@@ -142,8 +153,7 @@ ShipResult<> ShipDatabase::FindMachine() {
     return Failed("the database has a machine " + name + " of another installation, last shipped by " +
                   (rows->IsNull(0, 2) ? "nobody" : std::string(rows->Text(0, 2))) +
                   ": two machines have one name. Give one of them another name; if this host replaces the other "
-                  "one, run `axlecast "
-                  "fleet adopt " +
+                  "one, run `axlecast fleet adopt " +
                   settings_.machine + "`");
   }
   machine_ = static_cast<std::int32_t>(rows->Int(0, 0).value_or(0));
@@ -174,10 +184,8 @@ ShipResult<> ShipDatabase::Claim() {
   // A standby that became the primary may have lost the claim: it is repeated. A greater generation is another shipper's.
   const auto claimed = database_->Query(
       "UPDATE axlecast.machine SET generation = CASE WHEN $4::int8 = 0 THEN generation + 1 ELSE $4::int8 END, "
-      "installation = "
-      "$2::uuid, shipper = $3, shipper_since = CASE WHEN generation = $4::int8 THEN shipper_since ELSE now() END "
-      "WHERE id = $1::int4 "
-      "AND ($4::int8 = 0 OR generation <= $4::int8) RETURNING generation",
+      "installation = $2::uuid, shipper = $3, shipper_since = CASE WHEN generation = $4::int8 THEN shipper_since "
+      "ELSE now() END WHERE id = $1::int4 AND ($4::int8 = 0 OR generation <= $4::int8) RETURNING generation",
       {Parameter::Int(machine_), Parameter::Text(settings_.installation), Parameter::Text(settings_.shipper),
        Parameter::Int(generation_)});
   if (!claimed) return Failed(claimed.error());
@@ -225,10 +233,8 @@ ShipResult<LedgerEntry> ShipDatabase::EntryOf(const LogKey& key, const std::stri
                                            Parameter::Int(key.file_number), Parameter::Text(file)};
   const auto rows = database_->Query(
       "INSERT INTO axlecast.log (machine, name, host, start_utime, file_number, file) VALUES ($1::int4, $2, $3, "
-      "$4, $5, $6) ON "
-      "CONFLICT (machine, name, host, start_utime, file_number) DO UPDATE SET file = excluded.file RETURNING id, "
-      "upto, bytes, chain, "
-      "closed, last_utime",
+      "$4, $5, $6) ON CONFLICT (machine, name, host, start_utime, file_number) DO UPDATE SET file = excluded.file "
+      "RETURNING id, upto, bytes, chain, closed, last_utime",
       identity);
   if (!rows) {
     const auto failed = Failed(rows.error());
@@ -255,8 +261,8 @@ ShipResult<std::int32_t> ShipDatabase::DeviceId(const std::string& device) {
   if (const auto found = devices_.find(device); found != devices_.end()) return found->second;
   const auto rows = database_->Query(
       "WITH added AS (INSERT INTO axlecast.device (machine, name) VALUES ($1::int4, $2) ON CONFLICT DO NOTHING "
-      "RETURNING id) SELECT "
-      "id FROM added UNION ALL SELECT id FROM axlecast.device WHERE machine = $1::int4 AND name = $2",
+      "RETURNING id) SELECT id FROM added UNION ALL SELECT id FROM axlecast.device WHERE machine = $1::int4 AND "
+      "name = $2",
       {Parameter::Int(machine_), Parameter::Text(device)});
   if (!rows) return Failed(rows.error());
   if (rows->empty()) return Failed("another session has just added the device " + device, ShipFault::kMoved);
@@ -269,12 +275,10 @@ ShipResult<std::int32_t> ShipDatabase::StreamIdOf(const StreamKey& stream, std::
   if (!device) return device;
   const auto rows = database_->Query(
       "WITH added AS (INSERT INTO axlecast.stream (device, boot_id, datum_epoch, counts_per_turn, unit, "
-      "unit_per_count, seen) VALUES "
-      "($1::int4, $2, $3, $4, $5, $6::float8, $7) ON CONFLICT DO NOTHING RETURNING id) SELECT id FROM added UNION "
-      "ALL SELECT id FROM "
-      "axlecast.stream WHERE device = $1::int4 AND boot_id = $2 AND datum_epoch = $3 AND counts_per_turn = $4 AND "
-      "unit = $5 AND "
-      "unit_per_count IS NOT DISTINCT FROM $6::float8",
+      "unit_per_count, seen) VALUES ($1::int4, $2, $3, $4, $5, $6::float8, $7) ON CONFLICT DO NOTHING RETURNING "
+      "id) SELECT id FROM added UNION ALL SELECT id FROM axlecast.stream WHERE device = $1::int4 AND boot_id = $2 "
+      "AND datum_epoch = $3 AND counts_per_turn = $4 AND unit = $5 AND unit_per_count IS NOT DISTINCT FROM "
+      "$6::float8",
       {Parameter::Int(*device), Parameter::Int(stream.boot_id), Parameter::Int(stream.datum_epoch),
        Parameter::Int(stream.counts_per_turn), Parameter::Int(stream.unit),
        stream.unit_per_count ? Parameter::Float(*stream.unit_per_count) : Parameter::Null(),
@@ -288,10 +292,9 @@ ShipResult<std::int32_t> ShipDatabase::StreamIdOf(const StreamKey& stream, std::
 ShipResult<> ShipDatabase::MoveLedger(const ShipBatch& batch) {
   const auto moved = database_->Execute(
       "UPDATE axlecast.log AS l SET upto = $3, bytes = $4, chain = $5, closed = $6, file = $7, first_utime = "
-      "least(l.first_utime, "
-      "$8), last_utime = greatest(l.last_utime, $9), samples = l.samples + $10, events = l.events + $11 FROM "
-      "axlecast.machine AS m "
-      "WHERE l.id = $1::int4 AND l.upto = $2 AND m.id = l.machine AND m.generation = $12",
+      "least(l.first_utime, $8), last_utime = greatest(l.last_utime, $9), samples = l.samples + $10, events = "
+      "l.events + $11 FROM axlecast.machine AS m WHERE l.id = $1::int4 AND l.upto = $2 AND m.id = l.machine AND "
+      "m.generation = $12",
       {Parameter::Int(batch.before.id), Parameter::Int(batch.before.upto), Parameter::Int(batch.after.upto),
        Parameter::Int(batch.after.bytes), Parameter::Int(batch.after.chain), Parameter::Bool(batch.after.closed),
        Parameter::Text(batch.file), UtimeOrNull(batch.rows.first_utime), UtimeOrNull(batch.rows.last_utime),
@@ -332,8 +335,7 @@ ShipResult<> ShipDatabase::WriteRows(const ShipBatch& batch) {
 ShipResult<> ShipDatabase::InsertHole(std::optional<std::int32_t> log, const HoleRow& hole) {
   const auto inserted = database_->Execute(
       "INSERT INTO axlecast.hole (machine, log, cause, t0, t1, first_event, messages, bytes) VALUES ($1::int4, "
-      "$2::int4, $3, $4, $5, "
-      "$6, $7, $8) ON CONFLICT DO NOTHING",
+      "$2::int4, $3, $4, $5, $6, $7, $8) ON CONFLICT DO NOTHING",
       {Parameter::Int(machine_), log ? Parameter::Int(*log) : Parameter::Null(), Parameter::Text(hole.cause),
        TimeOrNull(hole.t0), TimeOrNull(hole.t1),
        hole.first_event ? Parameter::Int(*hole.first_event) : Parameter::Null(), CountOrNull(hole.messages),
@@ -348,8 +350,7 @@ ShipResult<> ShipDatabase::Write(const ShipBatch& batch) {
   if (ShipResult<> written = WriteRows(batch); !written) return written;
   const auto machine = database_->Execute(
       "UPDATE axlecast.machine SET last_batch = now(), last_utime = greatest(last_utime, $2), lag_bytes = $3, "
-      "lag_logs = $4 WHERE id "
-      "= $1::int4",
+      "lag_logs = $4 WHERE id = $1::int4",
       {Parameter::Int(machine_), UtimeOrNull(batch.rows.last_utime), Parameter::Int(batch.lag.bytes),
        Parameter::Int(batch.lag.logs)});
   if (!machine) return Failed(machine.error());
@@ -394,6 +395,16 @@ ShipResult<> ShipDatabase::AddHole(const std::optional<LogKey>& key, const std::
   ShipResult<> inserted = InsertHole(log, hole);
   if (!inserted) Forget();
   return inserted;
+}
+
+ShipResult<> ShipDatabase::Expire() {
+  days_.clear();  // their partitions may be dropped
+  // Less than the hour of ExpirySchedule, so that the shipper that has done it is in time for the next hour.
+  const auto expired = database_->Query("SELECT count(*) FROM axlecast.expire(interval '50 minutes')");
+  if (expired) return {};
+  if (!connected()) Forget();
+  return Failed("what is older than its retention was not deleted: " + expired.error().text,
+                FaultFor(expired.error().fault));
 }
 
 }  // namespace axlecast

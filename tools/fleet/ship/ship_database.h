@@ -90,6 +90,8 @@ class ShipDatabase {
   [[nodiscard]] ShipResult<> Connect();
   [[nodiscard]] bool connected() const;
   [[nodiscard]] std::string host() const;
+  // Returns what an administrator should correct although the connection works, for example an old primary that runs; empty: nothing.
+  [[nodiscard]] const std::string& warning() const { return warning_; }
 
   // The times that the database accepts now.
   [[nodiscard]] UtimeRange range() const;
@@ -100,6 +102,12 @@ class ShipDatabase {
   // Records a log that was deleted before it was complete, once: rows that are equal in log, cause and first event are ignored.
   // `key`: nothing if the head of the log could not be read.
   [[nodiscard]] ShipResult<> AddHole(const std::optional<LogKey>& key, const std::string& file, HoleRow hole);
+  // Deletes what is older than its retention, unless a shipper has done so within the last hour. In a transaction of its own.
+  [[nodiscard]] ShipResult<> Expire();
+  // Differs between shippers, and between runs of one; 0 before the first connection.
+  [[nodiscard]] std::uint64_t seed() const {
+    return static_cast<std::uint64_t>(machine_) * 1'000'003 + static_cast<std::uint64_t>(generation_);
+  }
 
  private:
   struct StreamId;
@@ -124,6 +132,9 @@ class ShipDatabase {
   SecretSource& secrets_;
   const Clock& clock_;
   std::unique_ptr<db::Database> database_;
+  db::Timelines timelines_;  // of the servers of all connections
+  std::string shard_;    // connection string of the machine's shard, as the coordinator had it last; empty: none
+  std::string warning_;  // of the last Connect
   std::int32_t machine_ = 0;
   std::int64_t generation_ = 0;       // 0: not claimed yet
   std::int64_t server_ahead_us_ = 0;  // the server's clock minus CLOCK_MONOTONIC

@@ -82,6 +82,9 @@ ShipEnd Shipper::Run() {
     if (ended_) break;
     if (database_.connected()) {
       if (now >= next_holes_) RecordHoles();
+      if (database_.connected() && expiry_.IsDue(now, database_.seed())) Expire();
+    }
+    if (database_.connected()) {
       std::vector<WaitingLog> waiting;
       std::vector<Work*> works;
       for (auto& [key, work] : works_) {
@@ -155,7 +158,7 @@ void Shipper::Connect() {
   const std::lock_guard lock(mutex_);
   status_.connected = true;
   status_.host = database_.host();
-  status_.problem.clear();
+  status_.problem = database_.warning();
 }
 
 // ---- what is deleted, what is shipped ----
@@ -186,6 +189,19 @@ void Shipper::RecordHoles() {
     const std::lock_guard lock(mutex_);
     ++status_.holes;
   }
+}
+
+// An error of the retention is reported, and does not stop the shipping.
+void Shipper::Expire() {
+  const ShipResult<> expired = database_.Expire();
+  if (!expired && !database_.connected()) return OnFailed(expired.error(), nullptr);
+  const std::lock_guard lock(mutex_);
+  if (!expired) {
+    status_.problem = expired.error().text;
+  } else if (status_.problem == expiry_problem_) {
+    status_.problem.clear();
+  }
+  expiry_problem_ = expired ? "" : expired.error().text;
 }
 
 void Shipper::Mark(const std::string& file, const LedgerEntry& entry, std::int64_t hole) {

@@ -11,6 +11,7 @@
 #include "core/base/time.h"
 #include "core/config/ship_config.h"
 #include "tools/fleet/detail.h"
+#include "tools/fleet/ship/expiry_schedule.h"
 #include "tools/fleet/ship/log_folder.h"
 #include "tools/fleet/ship/log_shipment.h"
 #include "tools/fleet/ship/ship_database.h"
@@ -75,6 +76,7 @@ class Shipper {
   void LookAtLiveLogs();
   void Connect();
   void RecordHoles();
+  void Expire();
   void Mark(const std::string& file, const LedgerEntry& entry, std::int64_t hole = 0);
   void SaveMarks(bool now);
   [[nodiscard]] bool IsComplete(const Work& work) const;
@@ -104,6 +106,8 @@ class Shipper {
   MonoNs next_holes_ = 0;
   MonoNs next_mark_ = 0;
   MonoNs next_connect_ = 0;
+  ExpirySchedule expiry_;
+  std::string expiry_problem_;  // of the last attempt; empty: it succeeded
   MonoNs backoff_ = 0;
   std::optional<ShipEnd> ended_;
   mutable std::mutex mutex_;

@@ -30,9 +30,7 @@ CROSS JOIN LATERAL (
   SELECT count(*) AS alarms,
     (ARRAY['critical', 'error', 'warning', 'info'])
       [min(array_position(ARRAY['critical', 'error', 'warning', 'info'], p.severity))] AS worst
-  FROM (SELECT DISTINCT ON (device, source, code) severity, state FROM axlecast.alarm
-        WHERE machine = (SELECT id FROM axlecast.machine WHERE name = f.machine) ORDER BY device, source, code, t DESC) p
-  WHERE p.state <> 'cleared') a
+  FROM axlecast.present_alarms p WHERE p.machine = f.machine) a
 CROSS JOIN LATERAL (SELECT count(*) AS online FROM axlecast.last_state WHERE machine = f.machine AND state = 'online') s
 ORDER BY f.machine LIMIT 2001)";
 
