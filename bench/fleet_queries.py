@@ -16,6 +16,7 @@ SAMPLES = 256  # of a chunk
 RATE_HZ = 250
 MACHINES = 100
 AXES = 10
+HOUR_S = 3600
 RUNS = 15
 
 SIZES = """SELECT sum(pg_total_relation_size(i.inhrelid)) FROM pg_inherits i WHERE i.inhparent IN
@@ -32,26 +33,29 @@ def body(generator):
 
 
 def fill(server, samples):
-    """Fills the tables as a fleet of MACHINES x AXES at 250 Hz does. Returns the time of the newest sample, as text."""
+    """Fills the tables as a fleet of MACHINES x AXES at 250 Hz does, with at least an hour of seconds. Returns the time of the newest sample, as text."""
     generator = random.Random(1)
     streams = MACHINES * AXES
     chunks = math.ceil(samples / streams / SAMPLES)
-    seconds = math.ceil(chunks * SAMPLES / RATE_HZ)
+    covered = math.ceil(chunks * SAMPLES / RATE_HZ)  # s
+    seconds = max(covered, HOUR_S)  # a query reads an hour of them
     end = server.value("SELECT date_trunc('minute', now())")
     begin = f"timestamptz '{end}' - {seconds} * interval '1 s'"
+    first = f"timestamptz '{end}' - {covered} * interval '1 s'"
     server.sql(f"""SELECT axlecast.ensure_partitions(({begin})::date, current_date + 1);
         INSERT INTO axlecast.machine (name, installation) SELECT 'm' || g, gen_random_uuid() FROM generate_series(1, {MACHINES}) g;
-        INSERT INTO axlecast.device (machine, name) SELECT m.id, 'axis' || g FROM axlecast.machine m, generate_series(1, {AXES}) g;
+        INSERT INTO axlecast.device (machine, name) SELECT m.id, 'axis' || g FROM axlecast.machine m, generate_series(1, {AXES}) g
+            ORDER BY 1, g;
         INSERT INTO axlecast.stream (device, boot_id, datum_epoch, counts_per_turn, unit, unit_per_count, seen)
-            SELECT id, id, 0, 1048576, 1, 1 / 1048576.0, {begin} FROM axlecast.device;
+            SELECT id, id, 0, 1048576, 1, 1 / 1048576.0, {begin} FROM axlecast.device ORDER BY id;
         CREATE TABLE bodies (id int, body bytea)""")
     for number in range(BODIES):
         server.sql(f"INSERT INTO bodies VALUES ({number}, '\\x{body(generator).hex()}')")
-    # As the batches of shippers come: all streams of a time, then the next.
+    # As the batches of shippers come: all axes of a machine, then the next machine, then the next time.
     server.sql(f"""INSERT INTO axlecast.position_chunk (t0, t1, seq0, first, last, lo, hi, mean, stream, log, n, valid, missed, flags_or, flags_and,
                                                         body)
         SELECT t0, t0 + interval '1.02 s', c * {SAMPLES}, c, c + 255, c - 300, c + 300, c + 0.5, s.id, 1, {SAMPLES}, {SAMPLES}, 0, 3, 3, b.body
-        FROM generate_series(0, {chunks} - 1) c, LATERAL (SELECT {begin} + c * interval '{SAMPLES / RATE_HZ} s' AS t0) t,
+        FROM generate_series(0, {chunks} - 1) c, LATERAL (SELECT {first} + c * interval '{SAMPLES / RATE_HZ} s' AS t0) t,
              axlecast.stream s JOIN bodies b ON b.id = s.id % {BODIES};
         INSERT INTO axlecast.position_second (t, lo, hi, mean, stream, n, valid, missed, flags_or, flags_and)
         SELECT {begin} + g * interval '1 s', g - 300, g + 300, g + 0.5, s.id, {RATE_HZ}, {RATE_HZ}, 0, 3, 3
@@ -61,14 +65,11 @@ def fill(server, samples):
 
 
 def timed(server, query):
-    """Returns the server's median time of a query in ms (without the client), with warm caches, and its number of rows."""
+    """Returns the server's median time of a query in ms (without the client), in one session whose caches are warm, and its number of rows."""
     rows = len(server.sql(query))
-    plan = f"EXPLAIN (ANALYZE, TIMING OFF, SUMMARY ON) {query}"
-    times = []
-    for _ in range(RUNS):
-        lines = [row[0] for row in server.sql(plan)]
-        times.append(sum(float(line.split()[-2]) for line in lines if line.startswith(("Planning Time", "Execution Time"))))
-    return statistics.median(times), rows
+    lines = server.sql(f"EXPLAIN (ANALYZE, TIMING OFF, SUMMARY ON) {query};" * (RUNS + 1))
+    planning, execution = ([float(row[0].split()[-2]) for row in lines if row[0].startswith(kind)] for kind in ("Planning Time", "Execution Time"))
+    return statistics.median(map(sum, list(zip(planning, execution))[1:])), rows
 
 
 def measure(report, samples):

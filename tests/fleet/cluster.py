@@ -191,14 +191,7 @@ class Pair:
 
     def __enter__(self):
         self.primary.create().start()
-        run(binaries() / "pg_basebackup", "-h", self.folder, "-p", "5432", "-U", "postgres", "-D", self.standby.data, "-R", "-X", "stream",
-            "-c", "fast", "--no-sync")
-        configuration = self.standby.data / "postgresql.auto.conf"  # names the standby for synchronous_standby_names
-        text = configuration.read_text().replace("primary_conninfo = '", "primary_conninfo = 'application_name=standby ")
-        configuration.write_text(text)
-        self.standby.start()
-        self.primary.set(synchronous_standby_names="standby")
-        self.primary.wait_for("SELECT coalesce((SELECT sync_state FROM pg_stat_replication), '')", "sync", database="postgres")
+        self.add_standby()
         return self
 
     def __exit__(self, *_):
@@ -214,6 +207,26 @@ class Pair:
         """Makes the standby a primary that waits for no standby."""
         self.standby.sql("SELECT pg_promote(true, 120)", database="postgres")
         self.standby.set(synchronous_standby_names="")
+
+    def add_standby(self):
+        """Makes an empty server the synchronous standby of the primary, as docs/fleet.md states."""
+        run("rm", "-rf", self.standby.data)
+        run(binaries() / "pg_basebackup", "-h", self.folder, "-p", self.primary.port, "-U", "postgres", "-D", self.standby.data, "-R", "-X",
+            "stream", "-c", "fast", "--no-sync")
+        configuration = self.standby.data / "postgresql.auto.conf"  # names the standby for synchronous_standby_names
+        text = re.sub("primary_conninfo = '(application_name=standby )?", "primary_conninfo = 'application_name=standby ",
+                      configuration.read_text())
+        configuration.write_text(text)
+        self.standby.start()
+        self.primary.set(synchronous_standby_names="standby")
+        self.primary.wait_for("SELECT coalesce((SELECT sync_state FROM pg_stat_replication), '')", "sync", database="postgres")
+
+    def fail_over(self):
+        """Kills the primary and promotes the standby, which then is the primary. The other one stays down."""
+        self.primary.kill()
+        self.set_standby_frozen(False)
+        self.promote()
+        self.primary, self.standby = self.standby, self.primary
 
     def set_standby_frozen(self, frozen):
         """Stops the standby's receiver, so that commits wait, or resumes it."""

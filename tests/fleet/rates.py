@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """rates.py [--seconds S] [--pairs N]: one machine of 10 axes at 250 Hz is recorded for S seconds while it is shipped, then its logs are shipped
-again into an empty database, beside a bare COPY of the same samples as rows. Prints CPU time of the shipper, how far behind it was, bytes a
-sample, the speed of backfill, and its ratio to the bare COPY. Exits 1 only if samples are missing.
+again into an empty database, beside a bare COPY of the same samples as rows, and once more while ten drivers run, beside drivers without it.
+Prints CPU time of the shipper, how far behind it was, bytes a sample, the speed of backfill, its ratio to the bare COPY, and the rates of the
+drivers. Exits 1 only if samples are missing.
 
 Run in a network of its own with AXLECAST_BIN, AXLECAST_CAMPAIGN and PYTHONPATH as tools/campaign fleet does."""
 
@@ -13,6 +14,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine
@@ -69,6 +71,35 @@ class Rates:
         self.server.sql(f"COPY {table} FROM '{file}' (FORMAT binary)", database="bare")
         return time.monotonic() - begin
 
+    def driver_rates(self):
+        """Returns the rates of drivers on simulated buses, in Hz by device."""
+        buses = ", ".join(f"b{axis}: {{family: tformat, simulate: true, poll_hz: {RATE}, devices: {{axis{axis}: {{model: ts5669n127, unit: turn}}}}}}"
+                          for axis in range(1, AXES + 1))
+        url = "udpm://239.255.77.2:{}?ttl=0&interface=lo"
+        file = self.machine.folder / "drivers.yaml"
+        file.write_text(f"machine: drivers\nlcm: {{url: '{url.format(29_900)}', command_url: '{url.format(29_901)}'}}\n"
+                        f"bridge: {{unsigned_commands: allow}}\nbuses: {{{buses}}}\n")
+        done = subprocess.run([BIN / "axlecast", "up", file, "--seconds", "20", "--json"], capture_output=True, text=True, check=False)
+        return [device["rate_hz"] for device in json.loads(done.stdout)["devices"]]
+
+    def drivers(self):
+        """Prints what drivers reach beside a backfill without a limit of its bandwidth, and without one."""
+        alone = self.driver_rates()
+        ended = threading.Event()
+        shipments = []
+
+        def ship_again():
+            while not ended.is_set():
+                shipments.append(self.ship("beside"))
+
+        shipping = threading.Thread(target=ship_again)
+        shipping.start()
+        beside = self.driver_rates()
+        ended.set()
+        shipping.join()
+        print(f"drivers, {AXES} at {RATE} Hz: {statistics.mean(beside):.1f} Hz (slowest {min(beside):.1f}) beside {len(shipments)} backfills, "
+              f"{statistics.mean(alone):.1f} Hz ({min(alone):.1f}) without: {100 * statistics.mean(beside) / statistics.mean(alone):.1f} % of it (target 99)")
+
     def measure(self):
         sent = self.live()
         self.ship("backfill")
@@ -94,6 +125,7 @@ class Rates:
         print(f"backfill: {stored / statistics.median(times):,.0f} samples/s, {self.options.seconds / statistics.median(times):.0f} x live (target 10)")
         print(f"backfill beside a bare COPY of the same samples as rows: {statistics.median(ratios):.2f} ({min(ratios):.2f}..{max(ratios):.2f}) "
               "(target 0.8)")
+        self.drivers()
         print(f"{sent} samples sent, {stored} in the database")
         return 0 if sent == stored == live else 1
 

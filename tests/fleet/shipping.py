@@ -7,6 +7,7 @@ import signal
 import socket
 import struct
 import subprocess
+import threading
 import time
 
 import lcm_log
@@ -21,11 +22,11 @@ UTIME_EACH = 4_000  # us: 250 Hz
 class Positions:
     """Sends POSITION messages of several axes, as one driver does: one boot_id, one seq an axis. `sent` has what was sent."""
 
-    def __init__(self, axes, boot_id=77, begin=None):
+    def __init__(self, axes, boot_id=77, begin=None, port=PORT):
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         self.number = itertools.count()
-        self.axes, self.boot_id = axes, boot_id
+        self.axes, self.boot_id, self.port = axes, boot_id, port
         self.utime = int(time.time() * 1e6) if begin is None else begin
         self.sent = {axis: [] for axis in axes}
 
@@ -46,10 +47,35 @@ class Positions:
 
     def publish(self, channel, data):
         head = struct.pack(">II", 0x4C433032, next(self.number))
-        self.socket.sendto(head + channel.encode() + b"\0" + data, (GROUP, PORT))
+        self.socket.sendto(head + channel.encode() + b"\0" + data, (GROUP, self.port))
 
     def close(self):
         self.socket.close()
+
+
+def rolled_up(sent, length):
+    """Returns the time, number, minimum, maximum and sum of the counts of each interval of `length` us."""
+    groups = itertools.groupby(sent, lambda sample: sample[0] // length * length)
+    parts = [(begin, [counts for _, counts in samples]) for begin, samples in groups]
+    return [[begin, len(counts), min(counts), max(counts), sum(counts)] for begin, counts in parts]
+
+
+class Load(threading.Thread):
+    """Sends positions of each axis at about 250 Hz until it is stopped."""
+
+    def __init__(self, sender):
+        super().__init__(daemon=True)
+        self.sender = sender
+        self.stopped = threading.Event()
+
+    def run(self):
+        while not self.stopped.is_set():
+            self.sender.send(20)
+            time.sleep(0.07)
+
+    def stop(self):
+        self.stopped.set()
+        self.join()
 
 
 class Shipping(Machine):
@@ -58,11 +84,18 @@ class Shipping(Machine):
 
     def setUp(self):
         super().setUp()
-        self.cluster = self.enterContext(Cluster())
-        self.cluster.create_database()
+        self.start_database()
         self.init()
         self.logs = self.folder / "logs"
         self.config = self.machine_file()
+
+    def start_database(self):
+        self.cluster = self.enterContext(Cluster())
+        self.cluster.create_database()
+
+    def connection(self):
+        """The connection string of the machine's file."""
+        return self.cluster.connection()
 
     def init(self):
         code, _, errors = self.axlecast("fleet", "init", self.cluster.connection())
@@ -71,22 +104,22 @@ class Shipping(Machine):
     def machine_file(self, name="press3", ship="", logs="positions: {channels: ^POSITION/}\n    rest: {channels: ^POSITION/, invert: true}"):
         buses = "".join(f"  b-{axis}: {{family: tformat, simulate: true, devices: {{{axis}: {{model: ts5669n127, unit: deg}}}}}}\n" for axis in self.axes)
         text = (f"machine: {name}\nbridge: {{unsigned_commands: allow}}\nrecorder:\n  directory: {self.logs}\n  logs:\n    {logs}\n"
-                f"ship:\n  database: \"{self.cluster.connection()}\"\n  {ship}\n"
+                f"ship:\n  database: \"{self.connection()}\"\n  {ship}\n"
                 f"buses:\n{buses}")
         return self.write(text, f"{name}.yaml")
 
     # -- logs
 
-    def recorder(self, config=None, name="record"):
-        process = self.start(name, BIN / "axlecast", "record", "--config", config or self.config, "--json")
+    def recorder(self, config=None, name="record", env=None):
+        process = self.start(name, BIN / "axlecast", "record", "--config", config or self.config, "--json", env=env)
         wait_for(lambda: '"start"' in self.log(name) or process.poll() is not None, "the recorder to listen")
         self.assertIsNone(process.poll(), self.log(name))
         return process
 
-    def record(self, count, begin=None, boot_id=77, config=None, stop=signal.SIGINT):
+    def record(self, count, begin=None, boot_id=77, config=None, stop=signal.SIGINT, env=None):
         """Logs of `count` messages of each axis. Returns the sender."""
         before = self.recorded()
-        recorder = self.recorder(config, name=f"record{boot_id}")
+        recorder = self.recorder(config, f"record{boot_id}", env)
         sender = Positions(self.axes, boot_id, begin)
         self.addCleanup(sender.close)
         sender.send(count)
@@ -143,10 +176,11 @@ class Shipping(Machine):
             stored = self.samples(axis, machine)
             self.assertEqual(len(stored), len(sent), axis)
             self.assertEqual(stored, sent, axis)
-            for table in ("position_second", "position_minute"):
-                total = self.cluster.value(f"SELECT sum(p.n) FROM axlecast.{table} p JOIN axlecast.axis a USING (stream) "
-                                           f"WHERE a.machine = '{machine}' AND a.device = '{axis}'")
-                self.assertEqual(total, str(len(sent)), table)
+            for table, length in (("position_second", 1_000_000), ("position_minute", 60_000_000)):
+                rows = self.cluster.sql("SELECT (extract(epoch FROM p.t) * 1000000)::int8, p.n, p.lo, p.hi, round(p.mean * p.n) "
+                                        f"FROM axlecast.{table} p JOIN axlecast.axis a USING (stream) "
+                                        f"WHERE a.machine = '{machine}' AND a.device = '{axis}' ORDER BY p.t")
+                self.assertEqual([[int(value) for value in row] for row in rows], rolled_up(sent, length), table)
 
     def holes(self):
         return self.cluster.sql("SELECT cause, first_event, messages FROM axlecast.hole ORDER BY log, first_event")

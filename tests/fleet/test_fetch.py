@@ -34,6 +34,13 @@ class Fetch(ShippedMachine):
         head = json.loads(next(data for _, _, channel, data in fetched if channel == "AXLECAST/recorder"))
         self.assertEqual((head["name"], head["host"], head["file_number"]), ("all", "host1", 0))
 
+    def test_the_head_has_the_file_of_this_log_whichever_other_was_seen_before_it(self):
+        self.cluster.sql("INSERT INTO axlecast.machine_file (machine, sha256, text, first_seen) "
+                         "SELECT machine, '\\x00', 'machine: press3 # another', first_seen - interval '1 s' FROM axlecast.machine_file")
+        self.assertEqual(digest(self.fetched()), digest(self.recorded))
+        machine = next(data for _, _, channel, data in events(self.output) if channel == "AXLECAST/machine.yaml")
+        self.assertEqual(machine.decode(), self.config.read_text())
+
     def test_redecode_finds_no_difference(self):
         code, out, err = self.axlecast("redecode", self.fetched(), "--diff", "--json")
         self.assertEqual(code, 0, err)

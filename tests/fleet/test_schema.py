@@ -16,6 +16,19 @@ def texts(values):
     return "{" + ",".join(map(str, values)) + "}"
 
 
+def random_column(chance, mode, width, n, escapes, scale):
+    """Returns a body of one column 2 of random bytes, many of them 0xff. `escapes`: their share, for widths 1 and 2."""
+    heads = [chance.randint(-scale, scale) for _ in range(1 if mode == chunk_body.DELTA else 2)]
+    data = b"".join(value.to_bytes(8, "big", signed=True) for value in heads)
+    for _ in range(max(0, n - (0, 1, 2)[mode])):
+        if width in (1, 2) and chance.random() < escapes:
+            data += b"\xff" * width + chance.getrandbits(chance.choice((8, 16, 44, 63))).to_bytes(8, "big")
+            continue
+        residual = bytes(chance.choice((0, 1, 127, 128, 254, 255, 255, chance.randrange(256))) for _ in range(width))
+        data += residual if width not in (1, 2) or residual != b"\xff" * width else b"\xfe" * width
+    return chunk_body.body([bytes([2, mode, width]) + len(data).to_bytes(4, "big") + data])
+
+
 class Schema(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -29,7 +42,7 @@ class Schema(unittest.TestCase):
     def setUp(self):
         tables = ",".join(f"axlecast.{name}" for name in (
             "machine, device, stream, log, position_chunk, position_second, position_minute, device_health, bus_health, recorder_health, "
-            "alarm, command, trip, nv_writes, hole, odd").split(", "))
+            "alarm, command, trip, nv_writes, hole, odd, received").split(", "))
         self.sql(f"TRUNCATE {tables} RESTART IDENTITY CASCADE; UPDATE axlecast.retention SET keep = '14 days' WHERE kind = 'position_chunk'")
 
     def decoded(self, body, column, n):
@@ -81,6 +94,23 @@ class Schema(unittest.TestCase):
         results = self.sql(" UNION ALL ".join(selects))
         self.assertEqual([cases[int(i)][0] for i, equal in results if equal != "t"], [])
 
+    def test_loops_without_numeric_decode_as_the_one_with_it(self):
+        """column_values against wide_column_values, which computes without overflow, value by value."""
+        chance = random.Random(22)
+        cases = []
+        for mode in (chunk_body.LINEAR, chunk_body.DELTA, chunk_body.DELTA_OF_DELTA):
+            for width in (0, 1, 2, 4, 8):
+                for n in (1, 2, 3, 255, 256):
+                    for escapes in (0, 0.02, 0.5):
+                        scale = chance.choice((0, 1000, 2**49, 2**60 - 1))
+                        cases.append((mode, width, n, random_column(chance, mode, width, n, escapes, scale)))
+        selects = [f"SELECT {i}, axlecast.column_values('\\x{body.hex()}', 2, {n}) = "
+                   f"axlecast.wide_column_values('\\x{body.hex()}', 9, {len(body)}, {mode}, {width}, {n})"
+                   for i, (mode, width, n, body) in enumerate(cases)]
+        for begin in range(0, len(selects), 100):
+            results = self.sql(" UNION ALL ".join(selects[begin:begin + 100]))
+            self.assertEqual([cases[int(i)][:3] for i, equal in results if equal != "t"], [])
+
     def test_values_at_the_ends_of_int8(self):
         values = [*LIMITS, 0, *LIMITS, -1, 1, LIMITS[1], LIMITS[1], LIMITS[0]]
         for mode in (chunk_body.DELTA, chunk_body.DELTA_OF_DELTA, chunk_body.RUNS):
@@ -122,12 +152,14 @@ class Schema(unittest.TestCase):
         self.add_chunk(stream, self.today(" 10:00+00"), [0], [10], [1])
         self.assertEqual(self.sql(f"SELECT counts, value FROM axlecast.samples('press', 'x', '{self.today()}', 'infinity')"), [["10", None]])
 
-    def test_parts_of_a_second_are_joined(self):
+    def test_seconds_are_in_the_unit_of_the_axis(self):
         stream = self.add_axis(unit_per_count="-0.5")
         second = self.today(" 10:00:00+00")
         self.sql("INSERT INTO axlecast.position_second (t, lo, hi, mean, stream, n, valid, missed, flags_or, flags_and) VALUES "
-                 f"('{second}', 10, 20, 15, {stream}, 100, 90, 1, 3, 1), ('{second}', 0, 40, 25, {stream}, 10, 10, 0, 5, 5), "
-                 f"('{second}', NULL, NULL, NULL, {stream}, 5, 0, 0, 0, 0), (timestamptz '{second}' + interval '1 s', NULL, NULL, NULL, {stream}, 5, 0, 0, 0, 0)")
+                 f"('{second}', 0, 40, 16, {stream}, 115, 100, 1, 7, 0), "
+                 f"(timestamptz '{second}' + interval '1 s', NULL, NULL, NULL, {stream}, 5, 0, 0, 0, 0)")
+        with self.assertRaisesRegex(SqlError, "unique"):
+            self.sql(f"INSERT INTO axlecast.position_second SELECT * FROM axlecast.position_second WHERE t = '{second}'")
         columns = "device, value_min, value_max, value_mean, lo, hi, n, valid, missed, flags_or, flags_and"
         expected = [["x", "-20", "-0", "-8", "0", "40", "115", "100", "1", "7", "0"], ["x", None, None, None, None, None, "5", "0", "0", "0", "0"]]
         self.assertEqual(self.sql(f"SELECT {columns} FROM axlecast.position_1s WHERE machine = 'press' AND t >= '{self.today()}' ORDER BY t"), expected)
@@ -232,9 +264,48 @@ class Schema(unittest.TestCase):
         self.assertEqual(self.sql("SELECT first FROM axlecast.position_chunk ORDER BY 1"), [["1"], ["12"]])
         self.assertEqual(self.sql("SELECT * FROM axlecast.expire()"), [])
 
+    def test_old_runs_of_numbers_are_joined_and_make_no_gap(self):
+        self.add_axis()
+        self.sql("UPDATE axlecast.retention SET keep = '1 year' WHERE kind = 'received'")
+        self.sql("INSERT INTO axlecast.log (machine, name, host, start_utime, file_number, last_utime) SELECT 1, 'l', 'h', age, 0, "
+                 "extract(epoch FROM now() - age * interval '1 day') * 1e6 FROM unnest(ARRAY[500, 0]) age")
+        for boot, runs in ((1, ((5, 9, 500), (12, 20, 450), (30, 40, 400), (45, 50, 1))),  # gaps before, among the old, and before the new one
+                           (2, ((0, 9, 500), (12, 20, 450))),                              # a publisher that has ended
+                           (3, ((3, 9, 500), )), (4, ((7, 9, 1), )),
+                           (5, ((0, 4, 450), (8, 9, 1), (12, 20, 450), (25, 30, 400)))):   # the clock was wrong
+            for first, last, age in runs:
+                self.sql(f"INSERT INTO axlecast.received VALUES (now() - {age} * interval '1 day', now() - {age} * interval '1 day', {boot}, {first}, "
+                         f"{last}, 1, {2 if age == 1 else 1}, 'X')")
+        self.sql("INSERT INTO axlecast.received VALUES ('2020-01-01', '2020-01-01', 6, 3, 4, 1, 2, 'X'), (now(), now(), 6, 7, 8, 1, 2, 'X')")
+        self.assertIn(["received", "0", "3"], self.sql("SELECT * FROM axlecast.expire()"))
+        self.assertNotIn("received", [row[0] for row in self.sql("SELECT * FROM axlecast.expire()")])
+        self.assertEqual(self.sql("SELECT boot_id, first_seq, last_seq FROM axlecast.received ORDER BY 1, 2"),
+                         [["1", "0", "40"], ["1", "45", "50"], ["2", "0", "20"], ["3", "0", "9"], ["4", "7", "9"],
+                          ["5", "0", "4"], ["5", "8", "9"], ["5", "12", "20"], ["5", "25", "30"], ["6", "3", "4"], ["6", "7", "8"]])
+        self.assertEqual(self.sql("SELECT boot_id, first_seq, last_seq FROM axlecast.gaps ORDER BY 1, 2"),
+                         [["1", "41", "44"], ["4", "0", "6"], ["5", "5", "7"], ["5", "10", "11"], ["5", "21", "24"], ["6", "0", "2"], ["6", "5", "6"]])
+        # The run that stays is continued.
+        self.sql("SELECT axlecast.add_received(1, 1, '{X}', '{2}', '{21}', '{25}', ARRAY[now()], ARRAY[now()])")
+        self.assertEqual(self.sql("SELECT first_seq, last_seq FROM axlecast.received WHERE boot_id = 2"), [["0", "25"]])
+
+    def test_many_shippers_expire_once(self):
+        old = ("INSERT INTO axlecast.odd (machine, log, event, channel, utime, received, cause, message, noticed) VALUES "
+               "(1, 1, 1, 'X', 0, 0, '', '', now() - interval '20 years')")
+        self.sql("UPDATE axlecast.retention SET keep = '1 year' WHERE kind = 'odd'; TRUNCATE axlecast.expiry")
+        self.sql(old)
+        self.assertIn(["odd", "0", "1"], self.sql("SELECT * FROM axlecast.expire(interval '50 min')"))
+        self.sql(old)
+        self.assertEqual(self.sql("SELECT * FROM axlecast.expire(interval '50 min')"), [])
+        self.assertEqual(self.value("SELECT count(*) FROM axlecast.odd"), "1")
+        self.sql("UPDATE axlecast.expiry SET finished = now() - interval '51 min'")
+        self.assertIn(["odd", "0", "1"], self.sql("SELECT * FROM axlecast.expire(interval '50 min')"))
+        self.sql(old)
+        self.assertIn(["odd", "0", "1"], self.sql("SELECT * FROM axlecast.expire()"))
+
     def test_roles_may_do_what_they_need(self):
         self.sql("CREATE ROLE ship LOGIN IN ROLE axlecast_writer; CREATE ROLE look LOGIN IN ROLE axlecast_reader; CREATE ROLE stranger LOGIN")
         self.sql("SELECT axlecast.ensure_partitions(current_date - 40, current_date - 39)", user="ship")
+        self.sql("SELECT axlecast.expire(), axlecast.expire(interval '1 h')", user="ship")
         self.sql("INSERT INTO axlecast.machine (name, installation) VALUES ('m', gen_random_uuid()); UPDATE axlecast.machine SET generation = 2", user="ship")
         self.assertEqual(self.sql("SELECT name, generation FROM axlecast.machine", user="look"), [["m", "2"]])
         self.sql("SELECT * FROM axlecast.fleet_status, axlecast.samples('m', 'x', now(), now())", user="look")

@@ -9,8 +9,8 @@ import unittest
 
 import lcm_log
 from cluster import SqlError, new_folder, run, unprivileged
-from machine import BIN, wait_for
-from shipping import Positions, Shipping
+from machine import BIN, wait_for, wrong_unix_time
+from shipping import Load, Positions, Shipping
 
 
 class Ship(Shipping):
@@ -117,6 +117,32 @@ class Ship(Shipping):
         self.assertEqual(self.cluster.value("SELECT count(*) FROM axlecast.odd WHERE cause = 'time out of range'"), "200")
         self.assertEqual(sum(map(len, sender.sent.values())), 200)
 
+    def test_clock_10_years_ahead_and_right_again(self):
+        years = round(10 * 365.25 * 86400)
+        shipper = self.shipper()
+        wrong = self.record(100, begin=int((time.time() + years) * 1e6), env=wrong_unix_time(years))
+        wait_for(lambda: self.cluster.value("SELECT count(*) FROM axlecast.odd WHERE channel LIKE 'POSITION%'") == "200", lambda: self.log("ship"))
+        # The clock is right: the new log begins 10 years before the other one, and is the one that grows.
+        recorder = self.recorder(name="record-right")
+        right = Positions(self.axes, boot_id=78)
+        self.addCleanup(right.close)
+        load = Load(right)
+        load.start()
+        self.addCleanup(load.stop)
+        wait_for(lambda: len(right.sent["a1"]) > 3_000, "12 s of messages")
+        wait_for(lambda: self.cluster.value("SELECT coalesce(sum(n), 0) > 2000 FROM axlecast.position_second") == "t", lambda: self.log("ship"))
+        self.assertEqual(self.holes(), [])
+        load.stop()
+        wait_for(lambda: self.recorded() == 200 + sum(map(len, right.sent.values())), "the logs to have all messages")
+        for process in (recorder, shipper):
+            process.send_signal(signal.SIGTERM)
+            self.assertIn(process.wait(60), (0, 3), self.log("ship"))
+        self.must_ship()
+        self.assert_exactly_once(right)
+        odd = self.cluster.sql("SELECT utime, channel, cause FROM axlecast.odd WHERE channel LIKE 'POSITION%' ORDER BY channel, utime")
+        self.assertEqual(odd, [[str(utime), f"POSITION/{axis}", "time out of range"] for axis in self.axes for utime, _ in wrong.sent[axis]])
+        self.assertEqual(self.holes(), [])
+
     def test_logs_that_the_recorder_had_to_delete_are_holes_once(self):
         self.record(50)
         head = json.loads(next(data for channel, data in lcm_log.events(self.log_of()) if channel == "AXLECAST/recorder"))
@@ -180,6 +206,11 @@ class Mistakes(Shipping):
     def test_other_versions_of_the_schema(self):
         self.cluster.sql("INSERT INTO axlecast.schema_version (version, axlecast) VALUES (999, '99')")
         self.fails("999")
+        self.cluster.sql("DELETE FROM axlecast.schema_version WHERE version = 999")
+        newest = self.cluster.sql("DELETE FROM axlecast.schema_version WHERE version = (SELECT max(version) FROM axlecast.schema_version) RETURNING *")
+        self.fails("axlecast fleet init")  # an older schema
+        self.cluster.sql(f"INSERT INTO axlecast.schema_version VALUES ({', '.join(repr(value) for value in newest[0])})")
+        self.assert_nothing_lost()
         self.cluster.sql("DROP SCHEMA axlecast CASCADE")
         self.fails("axlecast fleet init")
         self.init()
@@ -201,6 +232,22 @@ class Mistakes(Shipping):
         self.must_ship(*options)
         self.assert_exactly_once(self.sender)
         self.fails("axlecast", "--database", "host=/nowhere dbname=axlecast")
+
+    def test_missing_database_and_missing_rights(self):
+        shipper = self.shipper("--database", self.cluster.connection(database="plant"), state="ship-state")
+        wait_for(lambda: "createdb" in self.log("ship"), lambda: "the cause: " + self.log("ship"))
+        self.assertIn('database "plant" does not exist', self.log("ship"))
+        self.cluster.sql("CREATE DATABASE plant TEMPLATE axlecast", database="postgres")  # now the shipper connects
+        wait_for(lambda: "connected to" in self.log("ship"), lambda: self.log("ship"))
+        self.kill(shipper)
+
+        self.cluster.sql("CREATE ROLE stranger LOGIN; CREATE ROLE reader LOGIN IN ROLE axlecast_reader; CREATE ROLE writer LOGIN IN ROLE axlecast_writer")
+        for user in ("stranger", "reader"):
+            status = self.fails("permission denied", "--database", self.cluster.connection(user=user))
+            self.assertIn("axlecast_writer", status["problem"])
+        self.cluster.sql("GRANT axlecast_writer TO stranger")
+        self.must_ship("--database", self.cluster.connection(user="stranger"))
+        self.assert_exactly_once(self.sender)
 
     def test_full_disk_of_the_server(self):
         place = new_folder()
