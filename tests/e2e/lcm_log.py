@@ -74,11 +74,12 @@ def write(path, events, begin=1_790_000_000_000_000):
 
 def generated_types():
     """The axlecast package as lcm-gen writes it for Python."""
-    folder = tempfile.mkdtemp(prefix="axlecast-lcm-gen-")
     definitions = sorted(pathlib.Path(os.environ["AXLECAST_SOURCE"], "lcmtypes").glob("*.lcm"))
-    subprocess.run(["lcm-gen", "-p", "--ppath", folder, *definitions], check=True)
-    sys.path.insert(0, folder)
-    import axlecast  # noqa: PLC0415 (made just now)
+    with tempfile.TemporaryDirectory(prefix="axlecast-lcm-gen-") as folder:
+        subprocess.run(["lcm-gen", "-p", "--ppath", folder, *definitions], check=True)
+        sys.path.insert(0, folder)
+        import axlecast  # noqa: PLC0415 (made just now)
+        sys.path.remove(folder)
     return axlecast
 
 

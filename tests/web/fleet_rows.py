@@ -40,7 +40,7 @@ class Fleet(Cluster):
 
     def fill(self):
         self.create_database()
-        self.now = int(time.time())
+        self.now = int(time.time()) // 60 * 60  # so that the intervals of a curve that ends now are whole
         self.statements = [file.read_text(encoding="utf-8") for file in sorted(pathlib.Path(SOURCE, "tools/fleet/schema").glob("*.sql"))]
         self.add("SELECT axlecast.ensure_partitions(current_date - 4, current_date + 1)")
         self.add("CREATE ROLE viewer LOGIN IN ROLE axlecast_reader")
