@@ -1,7 +1,7 @@
 -- Reading across shards: docs/fleet.md, "Shards". Run it as a superuser of PostgreSQL on the coordinator, after `axlecast fleet init` there:
 --
 --     psql -d axlecast -f /usr/share/axlecast/fleet/coordinator.sql
---     INSERT INTO axlecast.shard VALUES ('press3', 'host=db3,db4 dbname=axlecast user=axlecast_writer'), ...;
+--     INSERT INTO axlecast.shard VALUES ('press3', 'host=db3,db4 dbname=axlecast user=axlecast_press'), ...;
 --     SELECT axlecast.attach_shards('axlecast_reader_login', 'its password');
 --
 -- It makes the schema `fleet` with the names of the schema `axlecast`: each view that has a column `machine text`, and each function whose
@@ -21,7 +21,7 @@ DECLARE
 BEGIN
     IF regexp_replace(connection, setting, '', 'g') !~ '^\s*$' THEN
         RAISE EXCEPTION 'axlecast.shard: the connection "%" is not a list of name=value', connection
-            USING HINT = 'Write host=db1,db2 dbname=axlecast user=axlecast_writer; URIs are not understood here.';
+            USING HINT = 'Write host=db1,db2 dbname=axlecast user=axlecast_press; URIs are not understood here.';
     END IF;
     RETURN QUERY
         SELECT part[1], CASE WHEN part[2] LIKE '''%' THEN regexp_replace(substr(part[2], 2, length(part[2]) - 2), '\\(.)', '\1', 'g')
