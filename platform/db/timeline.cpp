@@ -23,8 +23,7 @@ std::string OldPrimaryText(const std::string& target, const ServerTimeline& serv
          std::to_string(server.timeline) + ", and timeline " +
          std::to_string(newest == seen.end() ? 0 : newest->second) +
          " exists. It gets no data. Stop it, and make it a standby of the new primary (pg_rewind, or pg_basebackup "
-         "into an "
-         "empty directory).";
+         "into an empty directory).";
 }
 
 }  // namespace axlecast::db

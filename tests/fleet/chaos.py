@@ -29,6 +29,12 @@ DISK = "64m"
 LOG_ON_DISK = "split_size: 6MB, quota: 24MB"
 
 
+def simulated_buses(axes, keys=""):
+    """The value of `buses` of a machine's file: one encoder on each bus, which has also these keys."""
+    return "{" + ", ".join(f"b{axis}: {{family: tformat, simulate: true, {keys}devices: {{axis{axis}: {{model: ts5669n127, unit: turn}}}}}}"
+                           for axis in range(1, axes + 1)) + "}"
+
+
 class Machine:
     """One machine: its file, its recorder and its shipper."""
 
@@ -38,8 +44,6 @@ class Machine:
         self.logs = self.folder / "logs"
         self.logs.mkdir(parents=True)
         self.processes = {}
-        buses = ", ".join(f"b{axis}: {{family: tformat, simulate: true, devices: {{axis{axis}: {{model: ts5669n127, unit: turn}}}}}}"
-                          for axis in range(1, axes + 1))
         url = "udpm://239.255.77.1:{}?ttl=0&interface=lo"
         self.config = self.folder / "machine.yaml"
         self.config.write_text(
@@ -48,7 +52,7 @@ class Machine:
             "bridge: {unsigned_commands: allow}\n"
             f"recorder: {{directory: {self.logs}, logs: {{all: {{{log}}}}}}}\n"
             f"ship: {{database: \"{connection}\"}}\n"
-            f"buses: {{{buses}}}\n")
+            f"buses: {simulated_buses(axes)}\n")
 
     def start(self, what):
         words = {"record": ("record", "--config", self.config, "--json"),

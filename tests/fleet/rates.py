@@ -17,7 +17,7 @@ import tempfile
 import threading
 import time
 
-from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine
+from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine, simulated_buses
 from cluster import Cluster
 from process_cost import cpu_seconds  # bench
 
@@ -73,12 +73,10 @@ class Rates:
 
     def driver_rates(self):
         """Returns the rates of drivers on simulated buses, in Hz by device."""
-        buses = ", ".join(f"b{axis}: {{family: tformat, simulate: true, poll_hz: {RATE}, devices: {{axis{axis}: {{model: ts5669n127, unit: turn}}}}}}"
-                          for axis in range(1, AXES + 1))
         url = "udpm://239.255.77.2:{}?ttl=0&interface=lo"
         file = self.machine.folder / "drivers.yaml"
         file.write_text(f"machine: drivers\nlcm: {{url: '{url.format(29_900)}', command_url: '{url.format(29_901)}'}}\n"
-                        f"bridge: {{unsigned_commands: allow}}\nbuses: {{{buses}}}\n")
+                        f"bridge: {{unsigned_commands: allow}}\nbuses: {simulated_buses(AXES, f'poll_hz: {RATE}, ')}\n")
         done = subprocess.run([BIN / "axlecast", "up", file, "--seconds", "20", "--json"], capture_output=True, text=True, check=False)
         return [device["rate_hz"] for device in json.loads(done.stdout)["devices"]]
 

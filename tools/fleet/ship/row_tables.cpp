@@ -277,8 +277,7 @@ RowStatement Trips(const BatchRows& batch, const RowIds& ids) {
 RowStatement MachineFile(const MachineFileRow& file, const RowIds& ids) {
   return {
       "WITH file AS (INSERT INTO axlecast.machine_file (machine, sha256, text, first_seen) VALUES ($1::int4, $2, "
-      "$3, "
-      "$4) ON CONFLICT DO NOTHING) UPDATE axlecast.log SET machine_file = $2 WHERE id = $5::int4",
+      "$3, $4) ON CONFLICT DO NOTHING) UPDATE axlecast.log SET machine_file = $2 WHERE id = $5::int4",
       {db::Parameter::Int(ids.machine), db::Parameter::Binary(file.sha256), db::Parameter::Text(file.text),
        db::Parameter::Timestamp(file.first_seen), db::Parameter::Int(ids.log)}};
 }

@@ -9,7 +9,9 @@
 namespace axlecast {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr std::int64_t kT0 = 1'790'000'000'000'000;
@@ -63,6 +65,8 @@ TEST(InsertStatements, ThereIsOneForEachKind) {
   EXPECT_THAT(tables, ElementsAre("INSERT INTO axlecast.position_second AS p",
                                   "INSERT INTO axlecast.position_minute AS p", "INSERT INTO axlecast.alarm",
                                   "INSERT INTO axlecast.command", "INSERT INTO axlecast.trip", "WITH file AS"));
+  EXPECT_THAT(statements.back().sql, AllOf(HasSubstr("(INSERT INTO axlecast.machine_file ("),
+                                           HasSubstr("UPDATE axlecast.log SET machine_file = ")));
   EXPECT_THAT(InsertStatements({}, {}), IsEmpty());
 }
 
