@@ -89,8 +89,11 @@ class PermitSlot {
   // Another request than the one that was sent last is sent at once. A request that renews it is sent a quarter of its validity
   // later: of the calls in the meantime, the newest one counts.
   [[nodiscard]] Step Next(MonoNs now);
-  // Returns true if the request was withdrawn after Next had returned it. A driver refuses it in any case: its issue is lower.
-  [[nodiscard]] bool IsWithdrawn(const PermitRequest& request) const { return request.issue < withdrawn_; }
+  // Returns true if what the request allows was withdrawn after Next had returned it. A driver refuses it in any case: its issue is
+  // lower. A withdrawal, which allows nothing, is always sent: a later one of another caller does not make it wrong.
+  [[nodiscard]] bool IsWithdrawn(const PermitRequest& request) const {
+    return !request.operations.empty() && request.issue < withdrawn_;
+  }
 
  private:
   const std::string device_;

@@ -145,6 +145,16 @@ TEST_F(PermitSlotTest, WhatTheThreadHasTakenIsOlderThanTheWithdrawal) {
   EXPECT_EQ(Sent(2 * kMs), 2 * kMs) << "allowed again";
 }
 
+TEST_F(PermitSlotTest, AWithdrawalIsSentAlthoughAnotherCallerHasWithdrawnMeanwhile) {
+  Allow(0);
+  const auto first = slot_.Withdraw(At(kMs), issue_);
+  Allow(2 * kMs);
+  const auto second = slot_.Withdraw(At(3 * kMs), issue_);
+  ASSERT_TRUE(first && second);
+  EXPECT_FALSE(slot_.IsWithdrawn(*first)) << "its caller expects that it was sent";
+  EXPECT_FALSE(slot_.IsWithdrawn(*second));
+}
+
 TEST_F(PermitSlotTest, WhatDoesNotFitReplacesNothing) {
   Allow(0);
   EXPECT_EQ(Allow(kMs, {""}), Asked::kRefused);
