@@ -4,7 +4,7 @@
 packages_build="g++ cmake ninja-build pkg-config python3 lowdown libc6-dev linux-libc-dev
   liblcm-dev liblcm-bin libyaml-cpp-dev libspdlog-dev libcli11-dev nlohmann-json3-dev libexpected-dev libsystemd-dev libsodium-dev
   libsqlite3-dev libpq-dev libmodbus-dev libgpiod-dev libmosquitto-dev libwebsockets-dev libcairo2-dev
-  zlib1g-dev libzstd-dev fonts-inter python3-fonttools python3-brotli
+  zlib1g-dev libzstd-dev libisal-dev fonts-inter python3-fonttools python3-brotli
   libgtest-dev libgmock-dev libbenchmark-dev
   default-jdk-headless liblcm-java libjchart2d-java"
 packages_run="iproute2 util-linux"

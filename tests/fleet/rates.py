@@ -130,7 +130,7 @@ class Rates:
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--seconds", type=int, default=120)
+    parser.add_argument("--seconds", type=int, default=300)
     parser.add_argument("--pairs", type=int, default=5)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="axlecast-rates-") as folder, Cluster(fsync="on", shared_buffers="256MB") as server:

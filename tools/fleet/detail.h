@@ -8,6 +8,7 @@
 
 #include "core/base/result.h"
 #include "core/base/time.h"
+#include "core/config/ship_config.h"
 #include "tools/log/channel_filter.h"
 
 namespace axlecast {
@@ -48,5 +49,8 @@ class DetailRules {
   };
   std::vector<Rule> rules_;
 };
+
+// Returns the rules of the machine's file. They were checked when the file was read.
+[[nodiscard]] Result<DetailRules> DetailRulesOf(const ShipConfig& ship);
 
 }  // namespace axlecast

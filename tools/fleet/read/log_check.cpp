@@ -24,31 +24,6 @@ QueryTimes TimesOf(const FleetLog& log) {
   return {.from = log.first_utime, .until = log.last_utime + 1};
 }
 
-Detail DetailOf(ShipLevel level) {
-  switch (level) {
-    case ShipLevel::kNone:
-      return Detail::kNone;
-    case ShipLevel::kRollup:
-      return Detail::kRollup;
-    case ShipLevel::kDeadband:
-      return Detail::kDeadband;
-    case ShipLevel::kSamples:
-      return Detail::kSamples;
-    case ShipLevel::kFull:
-      return Detail::kFull;
-  }
-  return Detail::kNone;
-}
-
-DetailRules DetailRulesOf(const ShipConfig& ship) {
-  DetailRules rules;
-  for (const ShipRule& rule : ship.rules) {
-    // The machine's file was read: its expressions are valid.
-    static_cast<void>(rules.Add(rule.channels, {.detail = DetailOf(rule.detail), .raw = rule.raw}));
-  }
-  return rules;
-}
-
 // Appends a difference between two numbers.
 void CompareNumbers(const char* name, std::int64_t in_log, std::int64_t in_database,
                     std::vector<std::string>& differences) {
@@ -180,7 +155,7 @@ Result<DatabaseDevices> ReadDigests(FleetReader& reader, const FleetMachine& mac
 std::map<std::string, Detail> ShippedDetails(const MachineConfig& machine, const std::string& log,
                                              const std::map<std::string, DevicePositions>& devices) {
   const LogFacts facts = LogFactsOf(machine);
-  ChannelChooser chooser(facts, log, DetailRulesOf(machine.ship));
+  ChannelChooser chooser(facts, log, DetailRulesOf(machine.ship).value_or(DetailRules()));
   std::map<std::string, Detail> details;
   for (const auto& [name, positions] : devices) {
     details[name] = std::max(chooser.Of(facts.prefix + "POSITION/" + name).detail.detail,

@@ -42,7 +42,8 @@ Result<std::unique_ptr<LogShipment>> LogShipment::Open(const std::string& folder
 
 Result<> LogShipment::Refresh(const FolderLog& log) {
   log_ = log;
-  if (content_ != nullptr && (log.compressed || bytes() >= log.bytes)) return {};
+  if (content_ != nullptr && (log.compressed || static_cast<std::int64_t>(content_->bytes().size()) >= log.bytes))
+    return {};
   auto content = std::make_unique<OpenedLog>(folder_ + '/' + log.file);
   if (!content->problem().empty()) return Failure(content->problem());
   content_ = std::move(content);
@@ -96,14 +97,6 @@ std::optional<HoleRow> LogShipment::HoleOf(const LogStretch& stretch, const LogP
   return hole;
 }
 
-void LogShipment::Finish(ShipBatch& batch, const LogPlace& place) {
-  batch.after.upto = place.number;
-  batch.after.bytes = static_cast<std::int64_t>(place.offset);
-  batch.after.closed = log_.closed && place.offset >= content_->bytes().size();
-  if (batch.after.closed) composer_->EndLog();
-  batch.rows = composer_->Take();
-}
-
 ShipBatch LogShipment::Begin() const {
   ShipBatch batch;
   batch.key = log_.key;
@@ -113,12 +106,24 @@ ShipBatch LogShipment::Begin() const {
   return batch;
 }
 
-ShipBatch LogShipment::Next(const UtimeRange& range, const BatchLimit& limit) {
+ComposedBatch LogShipment::Finish(ShipBatch batch, const LogPlace& place, bool more) {
+  batch.after.upto = place.number;
+  batch.after.bytes = static_cast<std::int64_t>(place.offset);
+  batch.after.closed = log_.closed && place.offset >= content_->bytes().size();
+  if (batch.after.closed) composer_->EndLog();
+  batch.rows = composer_->Take();
+  batch.after.last_utime = std::max(batch.before.last_utime, batch.rows.last_utime);
+  entry_ = batch.after;
+  place_ = place;
+  return {.batch = std::move(batch), .more = more, .last_received = last_received_};
+}
+
+ComposedBatch LogShipment::Next(const UtimeRange& range, const BatchLimit& limit) {
   ShipBatch batch = Begin();
   composer_->SetRange(range);
   LogPlace place = place_;
-  more_ = false;
-  while (!more_) {
+  bool more = false;
+  while (!more) {
     const LogStretch stretch = NextStretch(content_->bytes(), place, log_.closed);
     if (stretch.kind == LogStretch::Kind::kIncomplete) break;
     if (stretch.kind != LogStretch::Kind::kDamaged) {
@@ -127,16 +132,15 @@ ShipBatch LogShipment::Next(const UtimeRange& range, const BatchLimit& limit) {
       batch.holes.push_back(*std::move(hole));
     }
     place = stretch.next;
-    more_ = limit.one_stretch || place.offset - place_.offset >= limit.bytes;
+    more = limit.one_stretch || place.offset - place_.offset >= limit.bytes;
   }
-  Finish(batch, place);
-  return batch;
+  return Finish(std::move(batch), place, more);
 }
 
-ShipBatch LogShipment::NextAsHole(const std::string& cause) {
+ComposedBatch LogShipment::NextAsHole(const std::string& cause) {
   ShipBatch batch = Begin();
   const LogStretch stretch = NextStretch(content_->bytes(), place_, log_.closed);
-  if (stretch.kind == LogStretch::Kind::kIncomplete) return batch;
+  const bool complete = stretch.kind != LogStretch::Kind::kIncomplete;
   HoleRow hole{.cause = cause, .first_event = place_.number, .messages = 0};
   ForEachEvent(stretch.records, [&hole](const LogEvent& event) {
     if (hole.t0 == 0) hole.t0 = event.utime;
@@ -147,16 +151,10 @@ ShipBatch LogShipment::NextAsHole(const std::string& cause) {
   if (stretch.kind == LogStretch::Kind::kSealed)
     batch.after.chain = Crc32c(batch.after.chain, EncodeSeal(stretch.seal));
   hole.bytes = static_cast<std::int64_t>(stretch.next.offset - place_.offset);
-  batch.holes.push_back(std::move(hole));
-  more_ = true;
-  Finish(batch, stretch.next);
-  return batch;
-}
-
-void LogShipment::Committed(const ShipBatch& batch) {
-  entry_ = batch.after;
-  entry_.last_utime = std::max(batch.before.last_utime, batch.rows.last_utime);
-  place_ = {batch.after.upto, static_cast<std::size_t>(batch.after.bytes)};
+  if (complete || log_.closed) batch.holes.push_back(std::move(hole));
+  ComposedBatch composed = Finish(std::move(batch), stretch.next, complete);
+  composed.batch.rows = {};  // the end of a log has rows of its own
+  return composed;
 }
 
 }  // namespace axlecast

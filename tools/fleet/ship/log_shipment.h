@@ -22,8 +22,14 @@ struct BatchLimit {
   bool one_stretch = false;
 };
 
-// One log on its way into the database: the place behind the last batch, and the composer of its rows. After a failed batch, make a
-// new one from the ledger.
+struct ComposedBatch {
+  ShipBatch batch;                 // without `lag`
+  bool more = false;               // the batch has reached its limit: more is ready
+  std::int64_t last_received = 0;  // of the last message up to its end: us, UNIX time of the reception; 0: none yet
+};
+
+// One log on its way into the database: the place behind the last batch, and the composer of its rows. Each batch follows the one
+// before it: after a batch that was not committed, make a new object from the ledger. One thread at a time.
 class LogShipment {
  public:
   // Opens the log at the place of the ledger, and primes the composer with the messages before. `previous`: the log before this one,
@@ -35,20 +41,11 @@ class LogShipment {
 
   // Reads what a recorder has added meanwhile.
   [[nodiscard]] Result<> Refresh(const FolderLog& log);
-  // Composes the next batch, which begins at the ledger's position; empty if nothing is sealed yet: its `after` equals `before`. Call
-  // Committed before the next one. `lag` of the batch is not set.
-  [[nodiscard]] ShipBatch Next(const UtimeRange& range, const BatchLimit& limit);
-  // Like Next, but the next stretch becomes a hole with this cause.
-  [[nodiscard]] ShipBatch NextAsHole(const std::string& cause);
-  // Takes over the position of the batch that was committed.
-  void Committed(const ShipBatch& batch);
-
-  // Returns true if Next has reached its limit: more is ready.
-  [[nodiscard]] bool more() const { return more_; }
-  [[nodiscard]] const LedgerEntry& entry() const { return entry_; }
-  [[nodiscard]] std::int64_t bytes() const { return static_cast<std::int64_t>(content_->bytes().size()); }
-  // Time of the last message of the batches, as it was received: us, UNIX time; 0: none yet.
-  [[nodiscard]] std::int64_t last_received() const { return last_received_; }
+  // Composes the batch behind the last one; empty if nothing is sealed yet: its `after` equals `before`.
+  [[nodiscard]] ComposedBatch Next(const UtimeRange& range, const BatchLimit& limit);
+  // Like Next, but the next stretch becomes a hole with this cause, and no rows are composed: at the end of a closed log, the hole has
+  // no messages, only rows that follow from them.
+  [[nodiscard]] ComposedBatch NextAsHole(const std::string& cause);
 
  private:
   LogShipment(std::string folder, FolderLog log, const LedgerEntry& entry)
@@ -59,15 +56,14 @@ class LogShipment {
   void Add(const LogStretch& stretch, LedgerEntry& after);
   [[nodiscard]] std::optional<HoleRow> HoleOf(const LogStretch& stretch, const LogPlace& place) const;
   [[nodiscard]] ShipBatch Begin() const;
-  void Finish(ShipBatch& batch, const LogPlace& place);
+  [[nodiscard]] ComposedBatch Finish(ShipBatch batch, const LogPlace& place, bool more);
 
   std::string folder_;
   FolderLog log_;
-  LedgerEntry entry_;
+  LedgerEntry entry_;  // behind the last batch
   std::unique_ptr<OpenedLog> content_;
-  LogPlace place_;
+  LogPlace place_;  // likewise
   std::unique_ptr<RowComposer> composer_;
-  bool more_ = false;
   std::int64_t last_received_ = 0;
 };
 

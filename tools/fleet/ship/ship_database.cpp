@@ -367,7 +367,6 @@ ShipResult<> ShipDatabase::Commit(const ShipBatch& batch) {
   if (done) done = Write(batch);
   if (done) {
     ledger_[batch.key] = batch.after;
-    ledger_[batch.key].last_utime = std::max(batch.before.last_utime, batch.rows.last_utime);
     return {};
   }
   if (done.error().fault == ShipFault::kRefused && connected()) {

@@ -21,22 +21,6 @@ constexpr MonoNs kReadRetry = 30 * kSecond;
 constexpr std::size_t kLeastBatch = 64U << 10;  // bytes
 constexpr int kRefusedUntilHole = 3;            // 1: partitions are made again; 2: stretch by stretch
 
-Detail DetailOf(ShipLevel level) {
-  switch (level) {
-    case ShipLevel::kNone:
-      return Detail::kNone;
-    case ShipLevel::kRollup:
-      return Detail::kRollup;
-    case ShipLevel::kDeadband:
-      return Detail::kDeadband;
-    case ShipLevel::kSamples:
-      return Detail::kSamples;
-    case ShipLevel::kFull:
-      return Detail::kFull;
-  }
-  return Detail::kSamples;
-}
-
 bool IsEmpty(const ShipBatch& batch) { return batch.after == batch.before && batch.holes.empty(); }
 
 // Returns true if the recorder of one of the machine's names has written the log.
@@ -48,16 +32,6 @@ bool IsOwn(const LogHole& hole, const std::vector<std::string>& names) {
 }
 
 }  // namespace
-
-Result<DetailRules> DetailRulesOf(const ShipConfig& ship) {
-  DetailRules rules;
-  for (const ShipRule& rule : ship.rules) {
-    const ChannelDetail detail{
-        .detail = DetailOf(rule.detail), .deadband = rule.deadband, .longest = rule.longest, .raw = rule.raw};
-    if (const Result<> added = rules.Add(rule.channels, detail); !added) return Failure(added.error());
-  }
-  return rules;
-}
 
 Shipper::Shipper(ShipperSettings settings, ShipDatabase& database, const Clock& clock)
     : settings_(std::move(settings)),
@@ -129,7 +103,7 @@ void Shipper::Scan() {
     const auto found = works_.find(log.key);
     Work work = found == works_.end() ? Work{.log = log} : std::move(found->second);
     // Decompressed or renamed: another file. What is mapped of it stays valid.
-    if (work.log.file != log.file) work.shipment.reset();
+    if (work.log.file != log.file) work.pipeline.reset();
     work.log = std::move(log);
     works.emplace(work.log.key, std::move(work));
   }
@@ -150,7 +124,7 @@ void Shipper::LookAtLiveLogs() {
 }
 
 void Shipper::Connect() {
-  for (auto& [key, work] : works_) work.shipment.reset();
+  for (auto& [key, work] : works_) work.pipeline.reset();
   const ShipResult<> connected = database_.Connect();
   if (!connected) return OnFailed(connected.error(), nullptr);
   for (auto& [key, work] : works_) work.entry.reset();
@@ -257,17 +231,17 @@ std::optional<FolderLog> Shipper::PreviousOf(const FolderLog& log) const {
 
 void Shipper::ReleaseOthers(const Work& current) {
   for (auto& [key, work] : works_) {
-    if (work.log.closed && &work != &current) work.shipment.reset();
+    if (work.log.closed && &work != &current) work.pipeline.reset();
   }
 }
 
 Result<> Shipper::Open(Work& work) {
-  if (work.shipment != nullptr) return work.shipment->Refresh(work.log);
+  if (work.pipeline != nullptr) return work.pipeline->Refresh(work.log);
   ReleaseOthers(work);
   auto shipment = LogShipment::Open(settings_.folder, work.log, *work.entry, settings_.detail, database_.range(),
                                     PreviousOf(work.log));
   if (!shipment) return Failure(shipment.error());
-  work.shipment = *std::move(shipment);
+  work.pipeline = std::make_unique<BatchPipeline>(*std::move(shipment));
   return {};
 }
 
@@ -278,6 +252,19 @@ BatchLimit Shipper::LimitOf(const Work& work) const {
   const auto part = static_cast<std::size_t>(settings_.bandwidth / 2);
   limit.bytes = std::clamp(part, std::min(kLeastBatch, limit.bytes), limit.bytes);
   return limit;
+}
+
+// While the database takes a batch, the next one is composed. Batches that follow a refused one are not: each may be smaller.
+ShipBatch Shipper::NextBatch(Work& work) {
+  ComposedBatch next =
+      work.refused >= kRefusedUntilHole
+          ? work.pipeline->NextAsHole("the database does not accept the rows: see the log of axlecast ship")
+          : work.pipeline->Next(database_.range(), LimitOf(work));
+  work.more = next.more;
+  work.passed = !next.more;
+  work.last_received = next.last_received;
+  if (next.more && work.refused == 0) work.pipeline->Prepare(database_.range(), LimitOf(work));
+  return std::move(next.batch);
 }
 
 void Shipper::ShipOne(Work& work) {
@@ -291,19 +278,14 @@ void Shipper::ShipOne(Work& work) {
     return;
   }
   if (const Result<> opened = Open(work); !opened) {
-    work.shipment.reset();
+    work.pipeline.reset();
     work.problem = opened.error().text;
     work.retry_at = clock_.Now() + kReadRetry;
     work.passed = true;
     return;
   }
   work.problem.clear();
-  ShipBatch batch =
-      work.refused >= kRefusedUntilHole
-          ? work.shipment->NextAsHole("the database does not accept the rows: see the log of axlecast ship")
-          : work.shipment->Next(database_.range(), LimitOf(work));
-  work.more = work.shipment->more();
-  work.passed = !work.more;
+  ShipBatch batch = NextBatch(work);
   if (IsEmpty(batch)) {
     work.caught_up = clock_.UtcMicroseconds();
     return;
@@ -315,15 +297,14 @@ void Shipper::ShipOne(Work& work) {
 }
 
 void Shipper::OnCommitted(Work& work, const ShipBatch& batch) {
-  work.shipment->Committed(batch);
-  work.entry = work.shipment->entry();
+  work.entry = batch.after;
   work.refused = 0;
   if (!work.more) work.caught_up = clock_.UtcMicroseconds();
   backoff_ = 0;
   const std::int64_t bytes = std::max<std::int64_t>(0, batch.after.bytes - batch.before.bytes);
   plan_.Shipped(WaitingOf(work), bytes, clock_.Now());
   Mark(work.log.file, *work.entry);
-  if (work.entry->closed) work.shipment.reset();
+  if (work.entry->closed) work.pipeline.reset();
   const std::lock_guard lock(mutex_);
   ++status_.batches;
   status_.bytes += bytes;
@@ -334,7 +315,7 @@ void Shipper::OnCommitted(Work& work, const ShipBatch& batch) {
 }
 
 void Shipper::OnFailed(const ShipError& error, Work* work) {
-  for (auto& [key, other] : works_) other.shipment.reset();
+  for (auto& [key, other] : works_) other.pipeline.reset();
   if (work != nullptr) {
     work->passed = false;
     if (error.fault == ShipFault::kRefused) ++work->refused;
@@ -382,8 +363,8 @@ void Shipper::UpdateStatus() {
     if (waiting == 0) continue;
     lag.bytes += waiting;
     ++lag.logs;
-    const std::int64_t received = work.shipment != nullptr ? work.shipment->last_received() : 0;
-    const std::int64_t newest = std::max({work.entry ? work.entry->last_utime : 0, received, key.start_utime});
+    const std::int64_t newest =
+        std::max({work.entry ? work.entry->last_utime : 0, work.last_received, key.start_utime});
     const std::int64_t since = std::max(newest, work.caught_up);
     const std::int64_t age = std::max<std::int64_t>(0, utime - since);
     if (!work.log.closed) behind = std::max(behind, age);

@@ -9,11 +9,10 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/config/ship_config.h"
 #include "tools/fleet/detail.h"
+#include "tools/fleet/ship/batch_pipeline.h"
 #include "tools/fleet/ship/expiry_schedule.h"
 #include "tools/fleet/ship/log_folder.h"
-#include "tools/fleet/ship/log_shipment.h"
 #include "tools/fleet/ship/ship_database.h"
 #include "tools/fleet/ship/ship_plan.h"
 #include "tools/fleet/ship/ship_status.h"
@@ -21,9 +20,6 @@
 #include "tools/log/shipped_logs.h"
 
 namespace axlecast {
-
-// Returns the rules of the machine's file. They were checked when the file was read.
-[[nodiscard]] Result<DetailRules> DetailRulesOf(const ShipConfig& ship);
 
 struct ShipperSettings {
   std::string folder;              // of the recorder's logs
@@ -62,7 +58,8 @@ class Shipper {
   struct Work {
     FolderLog log;
     std::optional<LedgerEntry> entry = {};  // what the ledger had last
-    std::unique_ptr<LogShipment> shipment = {};
+    std::unique_ptr<BatchPipeline> pipeline = {};
+    std::int64_t last_received = 0;  // of the last batch, as ComposedBatch
     MonoNs shipped_at = 0;
     bool more = false;           // a batch was full
     int refused = 0;             // batches in a row that the database refused
@@ -84,6 +81,7 @@ class Shipper {
   [[nodiscard]] BatchLimit LimitOf(const Work& work) const;
   void ShipOne(Work& work);
   [[nodiscard]] Result<> Open(Work& work);
+  [[nodiscard]] ShipBatch NextBatch(Work& work);
   void OnCommitted(Work& work, const ShipBatch& batch);
   void OnFailed(const ShipError& error, Work* work);
   [[nodiscard]] std::optional<FolderLog> PreviousOf(const FolderLog& log) const;
