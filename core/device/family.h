@@ -82,6 +82,10 @@ struct Family {
   // Null: every operation. An operation that is not permitted is refused with REASON_NOT_PERMITTED.
   bool (*permits)(const BusConfig& bus, const DeviceConfig& device, std::string_view operation) = nullptr;
 
+  // Returns the alarms that the device can report as it is configured, besides those that every driver detects. Their texts are valid as
+  // long as the configuration. Emergencies of CANopen are one alarm for each name; their codes differ by the error. Null: none.
+  std::vector<AlarmSpec> (*alarms)(const DeviceConfig& device) = nullptr;
+
   // Reads the family's own keys of a bus, before its devices; errors go into the map's list. Never null itself; a
   // family without such keys leaves it out.
   std::shared_ptr<const FamilyBus> (*parse_bus)(ConfigMap& map, const BusConfig& bus) = nullptr;

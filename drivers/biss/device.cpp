@@ -44,6 +44,8 @@ constexpr std::string_view kReadPositionName = "read_position";
 
 }  // namespace
 
+std::vector<AlarmSpec> Alarms() { return {kErrorAlarm, kWarningAlarm}; }
+
 std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kSpecs = {
       {.name = kReadPositionName,

@@ -12,6 +12,7 @@ const Family& biss_family() {
       .default_poll_hz = 1000,
       .max_devices_per_bus = 1,
       .operations = biss::Operations(),
+      .alarms = [](const DeviceConfig&) { return biss::Alarms(); },
       .parse_bus = &biss::ParseBus,
       .parse = &biss::ParseDevice,
       .make_device = &biss::MakeDevice,

@@ -15,6 +15,7 @@ namespace axlecast::biss {
 [[nodiscard]] std::unique_ptr<Device> MakeDevice(const BusConfig& bus, const DeviceConfig& device,
                                                  DeviceOutput& output, SecretSource& secrets);
 [[nodiscard]] std::span<const OperationSpec> Operations();
+[[nodiscard]] std::vector<AlarmSpec> Alarms();
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 [[nodiscard]] std::unique_ptr<Simulator> MakeBissSimulator(const BusConfig& bus, ConfigMap& simulate);
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
@@ -32,6 +33,9 @@ void CheckBus(ConfigMap& map, const BusConfig& bus);
 // Returns zero, set_position, read_position, read_identity, read_state, save_parameters. A command of another name is
 // rejected with REASON_UNKNOWN_OPERATION.
 [[nodiscard]] std::span<const OperationSpec> Operations();
+
+// Returns the alarms that an encoder can report: as Family::alarms.
+[[nodiscard]] std::vector<AlarmSpec> Alarms();
 
 // Returns the simulated encoder of a configured one. `simulate`: the device's own keys there. Errors go into the map's
 // list; never null.

@@ -205,6 +205,21 @@ class Cia406Device final : public CommandDevice<Procedure> {
 
 }  // namespace
 
+std::vector<AlarmSpec> Alarms() {
+  std::vector<AlarmSpec> alarms = {kWrongEncoder, kHeartbeatLost, kNotOperational,
+                                   kSecondSync,   kPeriodDiffers, kMoreEmergencies};
+  for (const DiagnosticAlarm& alarm : kAlarmTable) alarms.push_back(alarm.spec);
+  for (const DiagnosticAlarm& alarm : kWarningTable) alarms.push_back(alarm.spec);
+  for (const ClassAlarm& kind : kClasses) {
+    const AlarmSpec alarm = EmergencyAlarm(static_cast<std::uint16_t>(kind.first << 8));
+    const bool is_new = std::none_of(alarms.begin(), alarms.end(), [&alarm](const AlarmSpec& each) {
+      return std::string_view(each.name) == alarm.name;
+    });
+    if (is_new) alarms.push_back(alarm);
+  }
+  return alarms;
+}
+
 std::span<const OperationSpec> Operations() {
   static const std::vector<OperationSpec> kSpecs = {
       // Some makers' encoders keep a preset at once.

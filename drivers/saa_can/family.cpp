@@ -55,6 +55,10 @@ const Family& saa_can_family() {
       .max_devices_per_bus = saa_can::kMaxDevices,
       .operations = saa_can::Operations(),
       .permits = &saa_can::Permits,
+      .alarms =
+          [](const DeviceConfig& device) {
+            return cia406::IsOwn(device) ? cia406::Alarms() : std::vector<AlarmSpec>();
+          },
       .parse_bus = &saa_can::ParseBus,
       .parse = &saa_can::ParseDevice,
       .check_bus = &saa_can::CheckBus,

@@ -1,5 +1,7 @@
 #include "drivers/saa_modbus/family.h"
 
+#include <vector>
+
 #include "drivers/saa_modbus/operations.h"
 #include "drivers/saa_modbus/settings.h"
 
@@ -15,6 +17,7 @@ const Family& saa_modbus_family() {
       .max_devices_per_bus = saa_modbus::kMaxDevices,
       .operations = saa_modbus::Operations(),
       .permits = &saa_modbus::Permits,
+      .alarms = [](const DeviceConfig&) { return std::vector{saa_modbus::kConfigurationDiffers}; },
       .parse_bus = &saa_modbus::ParseBus,
       .parse = &saa_modbus::ParseSettings,
       .check_bus = &saa_modbus::CheckBus,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/device/operation.h"
 #include "drivers/kit/clocked_line.h"
@@ -44,6 +45,14 @@ constexpr std::array<LineAlarmRow, 6> kLineAlarms = {{
     {WordError::kParity, {0x105, kDriver, kError, "parity", "Parity fails: check parity, bits and the cable"}},
 }};
 
+// A status bit as an alarm. Its name is the configured one, and must outlive the alarm.
+AlarmSpec StatusAlarm(const StatusBit& bit, std::size_t index) {
+  return {kFirstStatus + static_cast<std::int32_t>(index), kDevice, bit.is_error ? kError : kWarning,
+          bit.name.c_str(),
+          bit.is_error ? "The encoder reports that its position is not valid: see its data sheet"
+                       : "The encoder warns: see its data sheet"};
+}
+
 }  // namespace
 
 const AlarmSpec* LineAlarm(WordError error) {
@@ -53,15 +62,15 @@ const AlarmSpec* LineAlarm(WordError error) {
   return nullptr;
 }
 
-namespace {
-
-// A status bit as an alarm. Its name is the configured one, and must outlive the alarm.
-AlarmSpec StatusAlarm(const StatusBit& bit, std::size_t index) {
-  return {kFirstStatus + static_cast<std::int32_t>(index), kDevice, bit.is_error ? kError : kWarning,
-          bit.name.c_str(),
-          bit.is_error ? "The encoder reports that its position is not valid: see its data sheet"
-                       : "The encoder warns: see its data sheet"};
+std::vector<AlarmSpec> Alarms(const DeviceConfig& device) {
+  std::vector<AlarmSpec> alarms;
+  for (const LineAlarmRow& row : kLineAlarms) alarms.push_back(row.spec);
+  const std::vector<StatusBit>& bits = Own(device).status_bits;
+  for (std::size_t i = 0; i < bits.size(); ++i) alarms.push_back(StatusAlarm(bits[i], i));
+  return alarms;
 }
+
+namespace {
 
 // A transfer takes as long as its clocks, and the controller's driver ends it.
 constexpr MonoNs kTimeout = 10 * kMillisecond;

@@ -10,6 +10,7 @@ const Family& ssi_family() {
       .summary = "Encoders on SSI through an SPI controller: SAA, TWK's 25-bit tree, and others",
       .link = LinkKind::kSpi,
       .operations = {},  // SSI carries no commands
+      .alarms = &ssi::Alarms,
       .parse_bus = &ssi::ParseBus,
       .parse = &ssi::ParseDevice,
       .make_device = [](const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,

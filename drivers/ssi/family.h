@@ -16,6 +16,7 @@ namespace axlecast::ssi {
                                                  DeviceOutput& output);
 // Returns the fault of the line if consecutive transfers fail in the same way; null if they do not indicate one.
 [[nodiscard]] const AlarmSpec* LineAlarm(WordError error);
+[[nodiscard]] std::vector<AlarmSpec> Alarms(const DeviceConfig& device);
 [[nodiscard]] Result<nlohmann::ordered_json> Decode(const DecodeSettings& settings, Bytes frame);
 [[nodiscard]] std::unique_ptr<Simulator> MakeSsiSimulator(const BusConfig& bus, ConfigMap& simulate);
 

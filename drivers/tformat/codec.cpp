@@ -374,6 +374,12 @@ const AlarmSpec kWrongIdentity = {0x110, alarm_entry_t::SOURCE_DRIVER, kCritical
 const AlarmSpec kMisreadRequest = {0x111, alarm_entry_t::SOURCE_DEVICE, kWarning, "communication_alarm",
                                    "The encoder misread a request: check cable, shield and termination"};
 
+std::vector<AlarmSpec> Alarms() {
+  std::vector<AlarmSpec> alarms = {kWrongIdentity, kMisreadRequest};
+  for (const DeviceAlarm& alarm : kAlarms) alarms.push_back(alarm.spec);
+  return alarms;
+}
+
 std::string AlarmText(std::uint8_t alarms) {
   std::string text = Text("0x%02X", unsigned{alarms});
   for (const DeviceAlarm& alarm : kAlarms) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/inline_bytes.h"
 #include "core/device/device.h"
@@ -203,6 +204,9 @@ struct DeviceAlarm {
 
 extern const AlarmSpec kWrongIdentity;
 extern const AlarmSpec kMisreadRequest;
+
+// Returns all of them.
+[[nodiscard]] std::vector<AlarmSpec> Alarms();
 
 // Bits that a reset of errors clears when their cause is gone. CE belongs to them because its case II is latched
 // (spec 9), which ALMC does not distinguish from case I.

@@ -22,6 +22,7 @@ const Family& tformat_family() {
       .max_devices_per_bus = 1,
       .operations = tformat::Operations(),
       .permits = &tformat::Permits,
+      .alarms = [](const DeviceConfig&) { return tformat::Alarms(); },
       .parse = &Parse,
       .check_bus = &tformat::CheckLine,
       .make_device = [](const BusConfig& bus, const DeviceConfig& device, DeviceOutput& output,

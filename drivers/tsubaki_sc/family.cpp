@@ -35,6 +35,7 @@ const Family& tsubaki_sc_family() {
       .operations = tsubaki_sc::Operations(),
       .parameters = tsubaki_sc::Parameters(),
       .permits = &tsubaki_sc::Permits,
+      .alarms = [](const DeviceConfig&) { return tsubaki_sc::Alarms(); },
       .parse_bus = &tsubaki_sc::ParseBusSettings,
       .parse = &tsubaki_sc::ParseSettings,
       .check_bus = &tsubaki_sc::CheckAddresses,

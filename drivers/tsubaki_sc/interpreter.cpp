@@ -40,6 +40,12 @@ const AlarmSpec kLoginFailed = {0x211, kDriver, kWarning, "login_failed",
 const AlarmSpec kStillLoggedIn = {0x212, kDriver, kWarning, "still_logged_in",
                                   "The unit could not be logged out: run `log_out` to see why"};
 
+std::vector<AlarmSpec> Alarms() {
+  std::vector<AlarmSpec> alarms = {kWrongPassword, kLoginFailed, kStillLoggedIn};
+  for (const MotorAlarm& alarm : kAlarms) alarms.push_back(alarm.spec);
+  return alarms;
+}
+
 std::string StatusText(std::int32_t bits) {
   std::string text = Text("0x%02X", static_cast<unsigned>(bits));
   for (const MotorAlarm& alarm : kAlarms) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/device/device.h"
 #include "drivers/tsubaki_sc/requests.h"
@@ -25,6 +26,9 @@ inline constexpr std::uint16_t kTripBits = 0x6F;
 extern const AlarmSpec kWrongPassword;
 extern const AlarmSpec kLoginFailed;
 extern const AlarmSpec kStillLoggedIn;
+
+// Returns all of them.
+[[nodiscard]] std::vector<AlarmSpec> Alarms();
 
 // "0x02 power_upper_limit_b"
 [[nodiscard]] std::string StatusText(std::int32_t bits);

@@ -3,6 +3,8 @@
 #include <axlecast/wire_t.hpp>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <set>
+#include <string>
 
 #include "drivers/runtime/bus/wire_log.h"
 #include "drivers/runtime/process/driver.h"
@@ -132,6 +134,35 @@ TEST_P(DeviceConformance, ARecordingDecodesToTheSameReadings) {
       EXPECT_EQ(again[i].motors[k].voltage_v, live[i].motors[k].voltage_v);
       EXPECT_EQ(again[i].motors[k].status_bits, live[i].motors[k].status_bits);
     }
+  }
+}
+
+TEST_P(DeviceConformance, ItsFamilyListsItsAlarms) {
+  FakeClock clock;
+  ExampleLink link(*bus_, clock, *simulator_);
+  Indifferent observer;
+  Bus bus = link.MakeBus(clock, observer, nullptr);
+  std::vector<RecordingOutput> outputs(bus_->devices.size(), AtRest());
+  std::vector<std::unique_ptr<Device>> devices;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    devices.push_back(Make(i, outputs[i]));
+    bus.Add(*devices.back());
+  }
+  const MonoNs end = clock.Now() + 10 * kSecond;
+  while (clock.Now() < end) bus.RunOnce(end);
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    std::set<std::string> names;
+    std::set<std::int32_t> codes;
+    if (bus_->family->alarms != nullptr) {
+      for (const AlarmSpec& alarm : bus_->family->alarms(bus_->devices[i])) {
+        EXPECT_TRUE(names.insert(alarm.name).second) << alarm.name;
+        EXPECT_TRUE(codes.insert(alarm.code).second) << alarm.name;
+        EXPECT_GE(alarm.code, 0x100) << alarm.name;
+        EXPECT_LE(std::string(alarm.name).size(), 24U);
+        EXPECT_LE(std::string(alarm.action).size(), 80U) << alarm.name;
+      }
+    }
+    for (const auto& [code, alarm] : outputs[i].alarm_specs) EXPECT_TRUE(names.contains(alarm.name)) << alarm.name;
   }
 }
 

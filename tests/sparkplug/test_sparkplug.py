@@ -209,7 +209,8 @@ class Births(Sparkplug):
         value = metric(births[-1], "Position/Value")
         self.assertEqual(value["properties"]["engUnit"]["value"], "deg")
         self.assertEqual(value["properties"]["Quality"]["type"], "Int32")
-        for name in ("State", "Model", "Reading/Errors/timeout", "Alarm/device_offline/Active", "Position/Speed"):
+        for name in ("State", "Model", "Reading/Errors/timeout", "Alarm/device_offline/Active", "Alarm/battery_alarm/Active",
+                     "Position/Speed"):
             self.assertIsNotNone(metric(births[0], name), name)
         self.check_sequence(session)
 

@@ -227,6 +227,9 @@ std::vector<MetricReading> DeviceMetrics(const BusConfig& bus, const DeviceConfi
     AddAll(metrics, Read(motor_health_t{}));
   }
   AddAll(metrics, Read(alarm_t{}));
+  if (bus.family != nullptr && bus.family->alarms != nullptr) {
+    for (const AlarmSpec& alarm : bus.family->alarms(device)) AddAlarm(metrics, alarm);
+  }
   for (const AlarmSpec* alarm :
        {&kDeviceOffline, &kReferenceLost, &kImplausibleBurst, &kClockStepped, &kPositionJumped, &kTurnsPassedEnd,
         &kUnauthorizedCommand, &kLinkDown, &kDuplicateDriver, &kLateReplies, &kUnexpectedBytes}) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <axlecast/alarm_entry_t.hpp>
 #include <axlecast/bus_health_t.hpp>
 #include <axlecast/command_status_t.hpp>
 #include <axlecast/motor_health_t.hpp>
@@ -11,6 +12,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "tools/mqtt/sparkplug/sparkplug_fixture.h"
 
@@ -172,7 +175,7 @@ TEST(MessageMetricsTest, OtherChannelsAndMessagesHaveNone) {
   EXPECT_FALSE(FindMetricChannel("POSITION"));
 }
 
-// A message never has a metric that the birth of its device does not have, except for alarms of the device's own.
+// A message never has a metric that the birth of its device does not have.
 TEST(MessageMetricsTest, BirthsHaveTheMetricsOfEveryMessage) {
   const MachineConfig machine = SparkplugMachine();
   const auto device = DeviceMetrics(machine.buses[0], machine.buses[0].devices[0]);
@@ -192,6 +195,22 @@ TEST(MessageMetricsTest, BirthsHaveTheMetricsOfEveryMessage) {
   const auto node = NodeMetrics(machine);
   EXPECT_NE(Find(node, "Command/axis2"), nullptr);
   EXPECT_NE(Find(node, "Bus/rs485-0/State"), nullptr);
+}
+
+TEST(MessageMetricsTest, BirthsHaveTheAlarmsOfTheFamily) {
+  MachineConfig machine = SparkplugMachine();
+  Family family;
+  family.alarms = [](const DeviceConfig& device) {
+    return std::vector<AlarmSpec>{
+        {0x100, alarm_entry_t::SOURCE_DEVICE, alarm_entry_t::SEVERITY_ERROR, device.name.c_str(), "act"}};
+  };
+  machine.buses[0].family = &family;
+  const auto metrics = DeviceMetrics(machine.buses[0], machine.buses[0].devices[1]);
+  const MetricReading* const alarm = Find(metrics, "Alarm/axis2/Active");
+  ASSERT_NE(alarm, nullptr);
+  EXPECT_EQ(alarm->value, SparkplugValue(false));
+  EXPECT_EQ(alarm->properties.at(0).value, SparkplugValue(std::string("error")));
+  EXPECT_EQ(alarm->properties.at(1).value, SparkplugValue(std::string("act")));
 }
 
 TEST(MessageMetricsTest, NoTwoNamesDifferOnlyInCase) {
