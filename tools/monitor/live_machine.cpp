@@ -18,12 +18,14 @@ LiveMachine::LiveMachine(const MachineConfig& machine, const Clock& clock)
 }
 
 Result<> LiveMachine::GatherAll(const MachineConfig& machine) {
-  // Bridge and mqtt publish ALARM once a second, if they run, and so do the drivers of another machine its name.
+  // Bridge, mqtt and ship publish ALARM once a second, if they run, and so do the drivers of another machine its name.
   constexpr MonoNs kAlarmWait = 1200 * kMillisecond;
   const MonoNs start = clock_.Now();
   const bool has_broker = !machine.mqtt.host.empty();
+  const bool has_fleet = !machine.ship.database.empty();
   return Gather(start + GatherTime(machine), [&](const MachineView& view) {
-    const bool alarms = view.bridge().received() && (view.broker().received() || !has_broker);
+    const bool alarms = view.bridge().received() && (view.broker().received() || !has_broker) &&
+                        (view.shipper().received() || !has_fleet);
     const auto others = port_.received().machines;
     const bool named = std::ranges::none_of(others, [](const OtherMachine& other) { return other.name.empty(); });
     return view.AllReceived() && ((alarms && named) || clock_.Now() - start > kAlarmWait);

@@ -63,7 +63,9 @@ MachineCounts CountParts(const MachineView& machine, MonoNs now) {
   }
   for (const BusView& bus : machine.buses()) CountState(counts.buses, bus.State(now));
   if (machine.bridge().Fresh(now)) CountAlarms(counts.alarms, machine.bridge());
-  if (machine.broker().Fresh(now)) CountAlarms(counts.alarms, machine.broker());
+  for (const AlarmView* alarms : {&machine.broker(), &machine.shipper()}) {
+    if (alarms->Fresh(now)) CountAlarms(counts.alarms, *alarms);
+  }
   counts.hosts = CountHosts(machine, now);
   return counts;
 }

@@ -56,9 +56,10 @@ TEST(MachineCounts, AlarmsOfEverySenderCountOnce) {
   SetAlarm(view, "axis2", alarm_entry_t::SEVERITY_CRITICAL, alarm_entry_t::STATE_SHELVED);
   SetAlarm(view, "bridge", alarm_entry_t::SEVERITY_INFO);
   SetAlarm(view, "mqtt/hall3", alarm_entry_t::SEVERITY_WARNING);
+  SetAlarm(view, "ship/hall3", alarm_entry_t::SEVERITY_ERROR);
   const MachineCounts::Alarms alarms = CountParts(view, kNow).alarms;
   EXPECT_EQ(alarms.of[alarm_entry_t::SEVERITY_CRITICAL], 1U);
-  EXPECT_EQ(alarms.of[alarm_entry_t::SEVERITY_ERROR], 0U);
+  EXPECT_EQ(alarms.of[alarm_entry_t::SEVERITY_ERROR], 1U);
   EXPECT_EQ(alarms.of[alarm_entry_t::SEVERITY_WARNING], 2U);
   EXPECT_EQ(alarms.of[alarm_entry_t::SEVERITY_INFO], 1U);
   EXPECT_EQ(alarms.shelved, 1U);

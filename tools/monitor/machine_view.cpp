@@ -146,11 +146,14 @@ void AddServices(const MachineView& machine, MonoNs now, std::vector<std::string
       faults.push_back("bridge: " + alarm.name + ": " + alarm.action);
     }
   }
-  if (machine.broker().Fresh(now)) {
-    for (const alarm_entry_t& alarm : machine.broker().entries()) {
-      faults.push_back("mqtt: " + alarm.name + ": " + alarm.action);
+  const auto add_all = [&](const char* service, const AlarmView& alarms) {
+    if (!alarms.Fresh(now)) return;
+    for (const alarm_entry_t& alarm : alarms.entries()) {
+      faults.push_back(std::string(service) + ": " + alarm.name + ": " + alarm.action);
     }
-  }
+  };
+  add_all("mqtt", machine.broker());
+  add_all("ship", machine.shipper());
   AddHosts(machine, now, faults);
   for (std::string& fault : UtcFaults(machine, now)) faults.push_back(std::move(fault));
 }
@@ -274,8 +277,9 @@ MonitorUpdate MachineView::OnMessage(std::string_view channel, Bytes message, Mo
     if (!alarm) return {};
     return {.kind = MonitorUpdate::Kind::kBridgeAlarms, .changed = bridge_.On(std::move(*alarm), now)};
   }
-  if (kind == "ALARM" && name.starts_with("mqtt/") && name.substr(5) == machine_) {
-    if (auto alarm = DecodeMessage<alarm_t>(message)) broker_.On(std::move(*alarm), now);
+  for (const auto& [service, alarms] : {std::pair("mqtt/", &broker_), std::pair("ship/", &shipper_)}) {
+    if (kind != "ALARM" || name != service + machine_) continue;
+    if (auto alarm = DecodeMessage<alarm_t>(message)) alarms->On(std::move(*alarm), now);
     return {};
   }
   return OnDevice(kind, name, message, now);

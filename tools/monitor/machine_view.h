@@ -187,8 +187,9 @@ class MachineView {
   [[nodiscard]] bool allows_unsigned() const { return allows_unsigned_; }  // unsigned commands
   [[nodiscard]] const std::vector<DeviceView>& devices() const { return devices_; }
   [[nodiscard]] const std::vector<BusView>& buses() const { return buses_; }
-  [[nodiscard]] const AlarmView& bridge() const { return bridge_; }  // ALARM/bridge, published while it serves
-  [[nodiscard]] const AlarmView& broker() const { return broker_; }  // ALARM/mqtt/<machine>
+  [[nodiscard]] const AlarmView& bridge() const { return bridge_; }    // ALARM/bridge, published while it serves
+  [[nodiscard]] const AlarmView& broker() const { return broker_; }    // ALARM/mqtt/<machine>
+  [[nodiscard]] const AlarmView& shipper() const { return shipper_; }  // ALARM/ship/<machine>
   [[nodiscard]] const std::vector<HostConfig>& placement() const {
     return placement_;
   }  // `hosts` of the machine file
@@ -241,6 +242,7 @@ class MachineView {
   ReceptionCounts reception_;
   std::string reception_remedy_;
   AlarmView broker_;
+  AlarmView shipper_;
   MonoNs window_start_ = 0;
   std::vector<std::int64_t> window_received_;  // readings of each device when the window began
 };

@@ -255,5 +255,14 @@ TEST(MachineFaults, ABrokerThatIsAwayIsNotGood) {
   EXPECT_THAT(MachineFaults(view, kNow), ElementsAre("mqtt: broker_away: do this"));
 }
 
+TEST(MachineFaults, AFleetDatabaseThatIsAwayIsNotGood) {
+  MachineView view = Good();
+  const std::vector<std::uint8_t> alarm = Encoded(Alarm("database_away", alarm_entry_t::SEVERITY_WARNING));
+  view.OnMessage("ALARM/ship/another", alarm, kNow);
+  EXPECT_THAT(MachineFaults(view, kNow), IsEmpty());
+  view.OnMessage("ALARM/ship/press3", alarm, kNow);
+  EXPECT_THAT(MachineFaults(view, kNow), ElementsAre("ship: database_away: do this"));
+}
+
 }  // namespace
 }  // namespace axlecast
