@@ -57,6 +57,10 @@ class ShipMetrics(Machine):
         process.terminate()
         self.assertEqual(process.wait(60), 0, self.log("ship"))
 
+    def test_status_reports_the_alarms_of_the_shipper(self):
+        self.ship()
+        wait_for(lambda: "ship: database_away" in self.axlecast("status", self.config)[1], lambda: self.log("ship"), 120)
+
     def test_an_address_that_cannot_be_served_is_an_error(self):
         for metrics, code, reason in (("press3:8381", 2, "ship.metrics: 'press3:8381'"), ("192.0.2.7:8381", 4, "this host has no such address")):
             process = self.ship("--metrics", metrics)
