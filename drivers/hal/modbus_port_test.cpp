@@ -25,7 +25,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using Wire = std::vector<std::uint8_t>;
 
-constexpr MonoNs kSoon = 5 * kSecond;  // far beyond what any step here needs
+constexpr MonoNs kSoon = 60 * kSecond;  // far beyond what any step here needs
 
 // From the address to the CRC, reckoned bit by bit outside this project (Modbus over Serial Line V1.02, 6.2.2).
 const Wire kReadTen = {0x01, 0x03, 0x00, 0x00, 0x00, 0x0A, 0xC5, 0xCD};

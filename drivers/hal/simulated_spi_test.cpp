@@ -71,8 +71,8 @@ TEST_F(SimulatedSpiTest, WhatWasClockedInWaitsToBeRead) {
   ASSERT_TRUE(Write(std::array<std::uint8_t, 4>{0x55, 0, 0, 0}));
   EXPECT_THAT(slave_.settings, ElementsAre(SpiSettings{.mode = 2, .clock_hz = 400'000}));
   EXPECT_EQ(slave_.bits_per_word, 8);
-  EXPECT_EQ(spi_.Wait(clock_.Now() + kSecond), Status::kOk);
-  ByteLink::ReadResult read = spi_.Read(std::span(into).first(3), clock_.Now() + kSecond);
+  EXPECT_EQ(spi_.Wait(clock_.Now() + 60 * kSecond), Status::kOk);
+  ByteLink::ReadResult read = spi_.Read(std::span(into).first(3), clock_.Now() + 60 * kSecond);
   EXPECT_EQ(read.status, Status::kOk);
   ASSERT_EQ(read.count, 3U);
   read = spi_.ReadNow(std::span(into).subspan(3));
@@ -123,7 +123,7 @@ TEST_F(SimulatedSpiTest, ReadWaitsUntilItsDeadlineForNothing) {
   const MonoNs deadline = clock_.Now() + 20 * kMillisecond;
   EXPECT_EQ(spi_.Read(into, deadline).status, Status::kTimeout);
   EXPECT_GE(clock_.Now(), deadline);
-  EXPECT_EQ(spi_.Wait(clock_.Now() + kSecond), Status::kWoken) << "Read has not eaten it";
+  EXPECT_EQ(spi_.Wait(clock_.Now() + 60 * kSecond), Status::kWoken) << "Read has not eaten it";
   EXPECT_FALSE(spi_.SetBaud(9'600));
 }
 
@@ -132,8 +132,8 @@ TEST_F(SimulatedSpiTest, UnpluggedItIsLostAndComesBack) {
   port_.Unplug();
   EXPECT_FALSE(port_.HasHost());
   std::array<std::uint8_t, 4> into{};
-  EXPECT_EQ(spi_.Wait(clock_.Now() + kSecond), Status::kLost);
-  EXPECT_EQ(spi_.Read(into, clock_.Now() + kSecond).status, Status::kLost);
+  EXPECT_EQ(spi_.Wait(clock_.Now() + 60 * kSecond), Status::kLost);
+  EXPECT_EQ(spi_.Read(into, clock_.Now() + 60 * kSecond).status, Status::kLost);
   EXPECT_FALSE(spi_.Write(into));
   spi_.Close();
   EXPECT_FALSE(spi_.IsOpen());

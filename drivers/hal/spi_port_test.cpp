@@ -66,12 +66,12 @@ TEST_F(SpiPortTest, AClosedPortIsLostAndCanBeWaitedOn) {
   SpiPort port("/dev/null", {.mode = 2, .clock_hz = 400'000}, clock_);
   std::array<std::uint8_t, 4> bytes{};
   EXPECT_FALSE(port.Write(bytes));
-  EXPECT_EQ(port.Read(bytes, clock_.Now() + kSecond).status, Status::kLost);
+  EXPECT_EQ(port.Read(bytes, clock_.Now() + 60 * kSecond).status, Status::kLost);
   EXPECT_EQ(port.ReadNow(bytes).status, Status::kLost);
   EXPECT_FALSE(port.SetBaud(1));
   EXPECT_EQ(port.Wait(clock_.Now() + kMillisecond), Status::kTimeout);
   port.Wake();
-  EXPECT_EQ(port.Wait(clock_.Now() + kSecond), Status::kWoken);
+  EXPECT_EQ(port.Wait(clock_.Now() + 60 * kSecond), Status::kWoken);
 }
 
 }  // namespace
