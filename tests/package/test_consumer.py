@@ -68,6 +68,7 @@ class Consumer(unittest.TestCase):
 
     def test_python_types_need_no_binding_of_lcm(self):
         script = ("import axlecast\n"
+                  "from axlecast.receiver import Receiver\n"
                   "sent = axlecast.alarm_entry_t()\n"
                   "sent.name = 'battery'\n"
                   "print(axlecast.alarm_entry_t.decode(sent.encode()).name)\n")
