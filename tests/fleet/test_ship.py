@@ -156,6 +156,32 @@ class Ship(Shipping):
         self.ship_once()
         self.assertEqual(len(self.holes()), 1)
 
+    def test_what_was_shipped_of_a_log_that_is_gone_is_complete(self):
+        recorder, shipper = self.recorder(), self.shipper()
+        sender = Positions(self.axes)
+        self.addCleanup(sender.close)
+        sender.send(200)
+        wait_for(lambda: self.cluster.value("SELECT coalesce(sum(n), 0) > 300 FROM axlecast.position_chunk") == "t", lambda: self.log("ship"))
+        self.kill(shipper)
+        sender.send(200)
+        self.kill(recorder)
+        # The recorder would delete the log because the disk is nearly full.
+        name, host, start, number, upto = self.cluster.sql("SELECT name, host, start_utime, file_number, upto FROM axlecast.log WHERE name = 'positions'")[0]
+        hole = {"file": self.log_of().name, "logs": 1, "name": name, "host": host, "start_utime": int(start), "file_number": int(number),
+                "first_event": int(upto), "last_utime": sender.utime, "bytes": 1000, "cause": "disk nearly full", "utime": sender.utime}
+        self.log_of().unlink()
+        (self.logs / "holes.jsonl").write_text(json.dumps(hole) + "\n")
+        self.ship_once()
+        self.assertEqual([row[0] for row in self.holes()], ["disk nearly full"])
+        for axis in self.axes:
+            stored = self.samples(axis)
+            self.assertEqual(stored, sender.sent[axis][:len(stored)])
+            for table in ("second", "minute"):
+                rolled_up = self.cluster.value(f"SELECT sum(n) FROM axlecast.position_{table} JOIN axlecast.axis USING (stream) WHERE device = '{axis}'")
+                self.assertEqual(int(rolled_up), len(stored), table)
+            runs = self.cluster.sql(f"SELECT first_seq, last_seq FROM axlecast.received WHERE channel = 'POSITION/{axis}'")
+            self.assertEqual(runs, [["0", str(len(stored) - 1)]])
+
 
 class Mistakes(Shipping):
     def setUp(self):

@@ -97,23 +97,6 @@ void PositionRows::EndChunk(BatchRows& batch) {
   fields_.reset();
 }
 
-void PositionRows::Prime(const position_t& message, BatchRows& batch) {
-  roll_ups_.Add(
-      KeyOf(FieldsOf(message)),
-      {.utime = message.utime, .counts = message.counts, .flags = message.flags, .missed = message.missed}, batch);
-}
-
-void PositionRows::Prime(const position_block_t& message, BatchRows& batch) {
-  for (std::size_t i = 0; i < message.counts.size(); ++i) {
-    roll_ups_.Add(KeyOf(FieldsOf(message)),
-                  {.utime = BlockSampleUtime(message, i),
-                   .counts = message.counts[i],
-                   .flags = message.flags[i],
-                   .missed = i == 0 ? message.missed : 0},
-                  batch);
-  }
-}
-
 void PositionRows::Add(const position_t& message, std::int64_t event, std::int64_t received, BatchRows& batch) {
   ++events_;
   GoToStream(FieldsOf(message), ChunkBuilder::Source::kPosition, batch);
@@ -164,6 +147,7 @@ void PositionRows::Add(const position_block_t& message, std::int64_t event, std:
 
 void PositionRows::End(BatchRows& batch) {
   EndChunk(batch);
+  roll_ups_.End(batch);
   batch.counts.stored += stored_;
   batch.counts.rolled_up += events_ - stored_;
   events_ = stored_ = 0;

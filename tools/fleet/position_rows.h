@@ -43,14 +43,8 @@ class PositionRows {
 
   [[nodiscard]] bool empty() const { return events_ == 0; }  // since the last End
 
-  // Updates the open second and minutes by an event that is in the database already. A row that ends goes to `batch`.
-  void Prime(const position_t& message, BatchRows& batch);
-  void Prime(const position_block_t& message, BatchRows& batch);
-
-  // Ends the chunk, and counts the events since the last call. Seconds and minutes stay open.
+  // Ends the chunk, the second and the minutes, and counts the events since the last call.
   void End(BatchRows& batch);
-  // Ends the second and the minutes that are open.
-  void EndPeriod(BatchRows& batch) { roll_ups_.EndPeriod(batch); }
 
  private:
   // The fields of StreamKey that messages have.

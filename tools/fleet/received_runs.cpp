@@ -7,30 +7,35 @@ namespace axlecast {
 
 void ReceivedRuns::On(std::int64_t boot_id, std::int64_t seq, std::int64_t received,
                       std::vector<ReceivedRun>& ended) {
-  auto run = open_.find(boot_id);
-  if (run != open_.end()) {
-    if (seq >= run->second.first_seq && seq <= run->second.last_seq) return;  // received twice
-    if (run->second.last_seq != INT64_MAX && seq == run->second.last_seq + 1) {
-      run->second.last_seq = seq;
-      run->second.t1 = std::max(run->second.t1, received);
-      return;
+  const ReceivedRun begin{
+      .channel = channel_, .boot_id = boot_id, .first_seq = seq, .last_seq = seq, .t0 = received, .t1 = received};
+  const auto known = publishers_.find(boot_id);
+  if (known == publishers_.end()) {
+    if (publishers_.size() >= kMaxPublishers) {
+      End(ended);
+      publishers_.clear();
     }
-    ended.push_back(std::move(run->second));
-    open_.erase(run);
-  } else if (open_.size() >= kMaxPublishers) {
-    End(ended);
+    publishers_.emplace(boot_id, Publisher{.first_seq = seq, .run = begin});
+    return;
   }
-  open_.emplace(boot_id, ReceivedRun{.channel = channel_,
-                                     .boot_id = boot_id,
-                                     .first_seq = seq,
-                                     .last_seq = seq,
-                                     .t0 = received,
-                                     .t1 = received});
+  Publisher& publisher = known->second;
+  if (seq >= publisher.first_seq && seq <= publisher.run.last_seq) return;  // received twice
+  if (publisher.run.last_seq == INT64_MAX || seq != publisher.run.last_seq + 1) {
+    if (publisher.is_open) ended.push_back(std::move(publisher.run));
+    publisher = {.first_seq = seq, .run = begin};
+  } else if (publisher.is_open) {
+    publisher.run.last_seq = seq;
+    publisher.run.t1 = std::max(publisher.run.t1, received);
+  } else {
+    publisher.run = begin;
+    publisher.is_open = true;
+  }
 }
 
 void ReceivedRuns::End(std::vector<ReceivedRun>& ended) {
-  for (auto& [boot_id, run] : open_) ended.push_back(std::move(run));
-  open_.clear();
+  for (auto& [boot_id, publisher] : publishers_) {
+    if (std::exchange(publisher.is_open, false)) ended.push_back(publisher.run);
+  }
 }
 
 }  // namespace axlecast

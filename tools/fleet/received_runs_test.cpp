@@ -62,6 +62,22 @@ TEST_F(ReceivedRunsTest, EveryPublisherHasItsOwnNumbers) {
   EXPECT_THAT(ended_, ElementsAre(RunOf(7, 0, 1, 100, 102), RunOf(8, 0, 1, 101, 103)));
 }
 
+TEST_F(ReceivedRunsTest, AfterTheEndARunContinuesWithItsNewPart) {
+  On(7, 0, 100);
+  On(7, 1, 101);
+  runs_.End(ended_);
+  runs_.End(ended_);
+  EXPECT_THAT(ended_, ElementsAre(RunOf(7, 0, 1, 100, 101)));
+  On(7, 0, 102);  // received twice
+  On(7, 2, 103);
+  On(7, 1, 104);  // received twice
+  On(7, 3, 105);
+  runs_.End(ended_);
+  On(7, 5, 106);
+  runs_.End(ended_);
+  EXPECT_THAT(ended_, ElementsAre(RunOf(7, 0, 1, 100, 101), RunOf(7, 2, 3, 103, 105), RunOf(7, 5, 5, 106, 106)));
+}
+
 TEST_F(ReceivedRunsTest, InventedPublishersNeedNoMemory) {
   for (int boot = 0; boot < 1'000; ++boot) On(boot, INT64_MAX, 100);
   runs_.End(ended_);

@@ -49,7 +49,7 @@ void RollUps::EndSecond(BatchRows& batch) {
   second_.reset();
 }
 
-void RollUps::EndPeriod(BatchRows& batch) {
+void RollUps::End(BatchRows& batch) {
   EndSecond(batch);
   for (const auto& [minute, summary] : minutes_) {
     batch.minutes.push_back(

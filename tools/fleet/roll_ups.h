@@ -11,14 +11,14 @@
 
 namespace axlecast {
 
-// The rows of seconds and minutes of one device. A second ends with the first sample of another second or stream. What is open when a
-// period of reception ends is a row too (RowComposer): JoinRollUps joins the rows of a second that lies in two periods.
+// The rows of seconds and minutes of one device. A second ends with the first sample of another second or stream, and with the batch: the
+// database adds the part that is in the next batch.
 class RollUps {
  public:
   // Adds a sample of the stream, and the row of the second that it ends to `batch`.
   void Add(const StreamKey& key, const PositionSample& sample, BatchRows& batch);
   // Ends the second and all minutes.
-  void EndPeriod(BatchRows& batch);
+  void End(BatchRows& batch);
 
  private:
   struct Second {

@@ -55,9 +55,9 @@ class RowComposer::Work {
     Channel& channel = ChannelOf(event.channel);
     BatchRows kept = std::exchange(batch_, {});
     priming_ = true;
-    BeginPeriod(event.utime);
     if (channel.MakesRows()) Handle(channel, event);
     priming_ = false;
+    channel.received.End(batch_.received);
     batch_ = std::move(kept);
   }
 
@@ -69,7 +69,6 @@ class RowComposer::Work {
       }
       return;
     }
-    BeginPeriod(event.utime);
     Channel& channel = ChannelOf(event.channel);
     Fate fate = Fate::kExcluded;
     if (channel.MakesRows()) fate = Handle(channel, event);
@@ -79,19 +78,6 @@ class RowComposer::Work {
       if (fate == Fate::kExcluded) fate = Fate::kStored;
     }
     Count(fate);
-  }
-
-  void EndLog() {
-    for (auto& [name, channel] : channels_) {
-      channel.received.End(batch_.received);
-      if (channel.positions) channel.positions->EndPeriod(batch_);
-    }
-  }
-
-  void PrimeEndOfLog() {
-    BatchRows kept = std::exchange(batch_, {});
-    EndLog();
-    batch_ = std::move(kept);
   }
 
   void EndStretch() {
@@ -105,6 +91,7 @@ class RowComposer::Work {
     EndStretch();
     for (Channel* channel : with_positions_) channel->positions->End(batch_);
     with_positions_.clear();
+    for (auto& [name, channel] : channels_) channel.received.End(batch_.received);
     JoinRollUps(batch_.seconds);
     JoinRollUps(batch_.minutes);
     for (const PositionChunkRow& chunk : batch_.chunks) batch_.samples += chunk.summary.n;
@@ -251,12 +238,6 @@ class RowComposer::Work {
     return Fate::kExcluded;
   }
 
-  // Ends what is open of all channels if the event is the first of a period of reception.
-  void BeginPeriod(std::int64_t received) {
-    const std::int64_t period = received / ReceivedRuns::kPeriodUs;
-    if (std::exchange(period_, period) != period) EndLog();
-  }
-
   // Decodes a message and checks what all types have, then calls `handle`.
   template <typename Message, typename Handler>
   Fate Decoded(Channel& channel, const LogEvent& event, Handler handle) {
@@ -302,11 +283,7 @@ class RowComposer::Work {
 
   template <typename Message>
   void AddPositions(Channel& channel, const LogEvent& event, const Message& message) {
-    if (priming_) {
-      channel.positions->Prime(message, batch_);
-    } else {
-      PositionsOf(channel).Add(message, event.number, event.utime, batch_);
-    }
+    if (!priming_) PositionsOf(channel).Add(message, event.number, event.utime, batch_);
   }
 
   // Returns the rows of the channel, which Take will end.
@@ -371,7 +348,6 @@ class RowComposer::Work {
   RecentKeys<std::tuple<std::array<std::uint8_t, 16>, std::string, std::string>> commands_;
   RawRecords raw_;
   bool priming_ = false;
-  std::int64_t period_ = 0;  // of the last event's reception
   BatchRows batch_;
 };
 
@@ -383,9 +359,7 @@ RowComposer& RowComposer::operator=(RowComposer&&) noexcept = default;
 
 void RowComposer::SetRange(UtimeRange range) { work_->SetRange(range); }
 void RowComposer::Prime(const LogEvent& event) { work_->Prime(event); }
-void RowComposer::PrimeEndOfLog() { work_->PrimeEndOfLog(); }
 void RowComposer::Add(const LogEvent& event) { work_->Add(event); }
-void RowComposer::EndLog() { work_->EndLog(); }
 void RowComposer::EndStretch() { work_->EndStretch(); }
 BatchRows RowComposer::Take() { return work_->Take(); }
 

@@ -18,11 +18,13 @@ inline constexpr const char* kOddMachine = "another machine";  // it states the 
 
 // Composes the rows of one log: its events go in, in their order, and the rows of each batch come out.
 //
-// The composer keeps a little state from event to event: the alarms that are present, the last health row of each channel, recent
-// commands and trips, and the second, the minutes and the run of numbers of each channel that are open. These end with every
-// period of reception at the latest (ReceivedRuns::kPeriodUs), which is shorter than kPrimeUs. The state is a function of the log alone, so it is not stored: a composer that continues a log
-// is primed with the events of the last kPrimeUs before the ledger's position; one that begins a log, with the end of the log
-// before (of the same recorder, also of an earlier process), if that log exists. After a batch failed or the ledger moved, make a new composer.
+// The rows of a batch are complete: seconds, minutes and runs of numbers end with it, and the database adds those of the next batch to
+// them. Nothing is missing there, whatever becomes of the log afterwards.
+//
+// The composer keeps a little state from event to event: the alarms that are present, the last health row of each channel, the newest
+// numbers, and recent commands and trips. It is a function of the log alone, so it is not stored: a composer that continues a log is primed with
+// the events of the last kPrimeUs before the ledger's position; one that begins a log, with the end of the log before (of the same recorder,
+// also of an earlier process), if that log exists. After a batch failed or the ledger moved, make a new composer.
 // Should a state be missing (the log before was deleted), rows of an alarm, a command or a trip may be composed again; they are
 // equal in the unique columns that rows.h states, and the database ignores them.
 //
@@ -46,15 +48,11 @@ class RowComposer {
 
   // Updates the state by an event that is in the database already. Gives no row and counts nothing.
   void Prime(const LogEvent& event);
-  // The events with which it was primed so far are those of the log before: ends what they left open.
-  void PrimeEndOfLog();
   // Adds an event to the batch. Call EndStretch behind its seal.
   void Add(const LogEvent& event);
   // Ends a stretch: the records for `raw` since the last call become one row.
   void EndStretch();
-  // The log is closed, and all of its events were added: ends what is open. Call it before the last Take.
-  void EndLog();
-  // Returns the rows of all events since the last call: ends the stretch and every chunk.
+  // Returns the rows of all events since the last call: ends the stretch, and every chunk, second, minute and run.
   [[nodiscard]] BatchRows Take();
 
  private:

@@ -27,7 +27,7 @@ using ::testing::SizeIs;
 TEST(RowComposer, PositionsBecomeChunksSecondsAndMinutes) {
   ComposerFixture log;
   for (std::int64_t i = 0; i < 625; ++i) log.Add("POSITION/axis1", PositionAt(i));  // 2.5 s
-  const BatchRows rows = log.TakeLast();
+  const BatchRows rows = log.Take();
   ASSERT_THAT(rows.streams, SizeIs(1));
   EXPECT_EQ(rows.streams[0], (StreamKey{.device = "axis1",
                                         .boot_id = kBoot,
@@ -60,7 +60,7 @@ TEST(RowComposer, ANewEpochBeginsAStream) {
     position.datum_epoch = i < 2 || i > 3 ? 0 : 1;
     log.Add("POSITION/axis1", position);
   }
-  const BatchRows rows = log.TakeLast();
+  const BatchRows rows = log.Take();
   EXPECT_THAT(rows.streams, SizeIs(2));
   ASSERT_THAT(rows.chunks, SizeIs(3));
   EXPECT_EQ(rows.chunks[1].stream, 1U);
@@ -148,7 +148,7 @@ TEST(RowComposer, FullBlocksKeepNanoseconds) {
 TEST(RowComposer, RollupsWithoutChunks) {
   ComposerFixture log(Rules({{"^POSITION/", {.detail = Detail::kRollup}}}));
   for (std::int64_t i = 0; i < 500; ++i) log.Add("POSITION/axis1", PositionAt(i));
-  const BatchRows rows = log.TakeLast();
+  const BatchRows rows = log.Take();
   EXPECT_THAT(rows.chunks, IsEmpty());
   EXPECT_THAT(rows.seconds, SizeIs(2));
   EXPECT_EQ(rows.counts, (EventCounts{.rolled_up = 500}));
@@ -157,7 +157,7 @@ TEST(RowComposer, RollupsWithoutChunks) {
 TEST(RowComposer, ADeadbandIsCountedAndRolledUpInFull) {
   ComposerFixture log(Rules({{"^POSITION/", {.detail = Detail::kDeadband, .deadband = 1}}}));
   for (std::int64_t i = 0; i < 500; ++i) log.Add("POSITION/axis1", PositionAt(i));  // 26,215 counts are 1 mm
-  const BatchRows rows = log.TakeLast();
+  const BatchRows rows = log.Take();
   ASSERT_THAT(rows.chunks, SizeIs(1));
   EXPECT_EQ(rows.samples, 3);  // 0, 263, 499
   EXPECT_EQ(rows.counts, (EventCounts{.stored = 3, .rolled_up = 497}));

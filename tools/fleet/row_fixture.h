@@ -69,10 +69,6 @@ class ComposerFixture {
     return *this;
   }
   BatchRows Take() { return composer_.Take(); }
-  BatchRows TakeLast() {
-    composer_.EndLog();
-    return composer_.Take();
-  }
   [[nodiscard]] std::int64_t events() const { return events_; }
   RowComposer& composer() { return composer_; }
 

@@ -62,7 +62,6 @@ void LogShipment::Prime(const std::optional<FolderLog>& previous) {
       // Its end: it may have ended long before, for example because the recorder was killed.
       PrimeWith(content.bytes(), SpanOf({content.bytes()}).last - RowComposer::kPrimeUs);
     }
-    composer_->PrimeEndOfLog();
   }
   PrimeWith(before, from);
 }
@@ -110,7 +109,6 @@ ComposedBatch LogShipment::Finish(ShipBatch batch, const LogPlace& place, bool m
   batch.after.upto = place.number;
   batch.after.bytes = static_cast<std::int64_t>(place.offset);
   batch.after.closed = log_.closed && place.offset >= content_->bytes().size();
-  if (batch.after.closed) composer_->EndLog();
   batch.rows = composer_->Take();
   batch.after.last_utime = std::max(batch.before.last_utime, batch.rows.last_utime);
   entry_ = batch.after;
@@ -140,7 +138,7 @@ ComposedBatch LogShipment::Next(const UtimeRange& range, const BatchLimit& limit
 ComposedBatch LogShipment::NextAsHole(const std::string& cause) {
   ShipBatch batch = Begin();
   const LogStretch stretch = NextStretch(content_->bytes(), place_, log_.closed);
-  const bool complete = stretch.kind != LogStretch::Kind::kIncomplete;
+  if (stretch.kind == LogStretch::Kind::kIncomplete) return Finish(std::move(batch), place_, false);
   HoleRow hole{.cause = cause, .first_event = place_.number, .messages = 0};
   ForEachEvent(stretch.records, [&hole](const LogEvent& event) {
     if (hole.t0 == 0) hole.t0 = event.utime;
@@ -151,10 +149,8 @@ ComposedBatch LogShipment::NextAsHole(const std::string& cause) {
   if (stretch.kind == LogStretch::Kind::kSealed)
     batch.after.chain = Crc32c(batch.after.chain, EncodeSeal(stretch.seal));
   hole.bytes = static_cast<std::int64_t>(stretch.next.offset - place_.offset);
-  if (complete || log_.closed) batch.holes.push_back(std::move(hole));
-  ComposedBatch composed = Finish(std::move(batch), stretch.next, complete);
-  composed.batch.rows = {};  // the end of a log has rows of its own
-  return composed;
+  batch.holes.push_back(std::move(hole));
+  return Finish(std::move(batch), stretch.next, true);
 }
 
 }  // namespace axlecast

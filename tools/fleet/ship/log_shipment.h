@@ -43,8 +43,7 @@ class LogShipment {
   [[nodiscard]] Result<> Refresh(const FolderLog& log);
   // Composes the batch behind the last one; empty if nothing is sealed yet: its `after` equals `before`.
   [[nodiscard]] ComposedBatch Next(const UtimeRange& range, const BatchLimit& limit);
-  // Like Next, but the next stretch becomes a hole with this cause, and no rows are composed: at the end of a closed log, the hole has
-  // no messages, only rows that follow from them.
+  // Like Next, but the next stretch becomes a hole with this cause.
   [[nodiscard]] ComposedBatch NextAsHole(const std::string& cause);
 
  private:
