@@ -25,7 +25,8 @@ packages_campaign="llvm-14 gnuplot-nox"
 # A build without npm is a build without the curves of axlecast web.
 command -v npm >/dev/null || packages_test="$packages_test nodejs npm"
 
-# install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does.
+# install_missing PACKAGE...: quiet when nothing is missing; fails loudly when apt does. If something is missing, the others are brought up to
+# date as well: a library that Debian has repaired meanwhile would be a known vulnerability in our packages.
 install_missing() {
   missing=""
   for package in "$@"; do
@@ -40,6 +41,5 @@ install_missing() {
   echo "== installing:$missing"
   export DEBIAN_FRONTEND=noninteractive
   $sudo apt-get update -q || return 1
-  # shellcheck disable=SC2086 # a list of words
-  $sudo apt-get install -q -y --no-install-recommends $missing || { echo "could not install:$missing" >&2; return 1; }
+  $sudo apt-get install -q -y --no-install-recommends "$@" || { echo "could not install:$missing" >&2; return 1; }
 }
