@@ -105,7 +105,7 @@ class ShipPair(Shipping):
         self.shipper_process = self.shipper()  # connects again
         self.wait_for_batches(2)
         self.assertEqual(old.sql(state), before)
-        self.assertIn("old primary", self.log("ship"))
+        wait_for(lambda: "old primary" in self.log("ship"), lambda: self.log("ship"))
         self.finish()
         self.assertEqual(old.sql(state), before)
 
