@@ -63,9 +63,10 @@ const AlarmSpec* LineAlarm(WordError error) {
 }
 
 std::vector<AlarmSpec> Alarms(const DeviceConfig& device) {
-  std::vector<AlarmSpec> alarms;
-  for (const LineAlarmRow& row : kLineAlarms) alarms.push_back(row.spec);
   const std::vector<StatusBit>& bits = Own(device).status_bits;
+  std::vector<AlarmSpec> alarms;
+  alarms.reserve(kLineAlarms.size() + bits.size());
+  for (const LineAlarmRow& row : kLineAlarms) alarms.push_back(row.spec);
   for (std::size_t i = 0; i < bits.size(); ++i) alarms.push_back(StatusAlarm(bits[i], i));
   return alarms;
 }

@@ -5,6 +5,7 @@
 
 #include "core/config/config_map.h"
 #include "core/config/machine_config.h"
+#include "drivers/tsubaki_sc/interpreter.h"
 #include "drivers/tsubaki_sc/operations.h"
 #include "drivers/tsubaki_sc/register_map.h"
 #include "drivers/tsubaki_sc/settings.h"

@@ -252,6 +252,7 @@ TEST_F(CanSocketTest, InstantsOfABurstAreInOrder) {
   MonoNs last = 0;
   for (std::uint8_t i = 0; i < 100; ++i) {
     FrameLink::Received received;
+    ASSERT_EQ(can.Wait(clock_.Now() + kLong), Status::kOk);
     ASSERT_EQ(can.Receive(received), Status::kOk);
     EXPECT_THAT(Copy(received.frame.data), ElementsAre(i));
     EXPECT_GE(received.at.first, last);
