@@ -17,8 +17,8 @@ import socket
 import struct
 import time
 import types
-from collections.abc import AsyncIterator, Iterable, Iterator
-from typing import Any
+from collections.abc import AsyncIterator, Callable, Iterable, Iterator
+from typing import Any, Self
 
 import axlecast
 from axlecast.lcm_url import DEFAULT, LcmUrl, interface_index, parse
@@ -30,7 +30,31 @@ _LARGEST_SHORT = 65_499  # bytes of channel, NUL and data in one datagram, as li
 _SO_RCVBUFFORCE = 33
 
 
-class Receiver:
+class _Port:
+    """A socket for the group of a URL. A context manager: afterwards the socket is closed."""
+
+    def __init__(self, url: str, prefix: str, set_up: Callable[[socket.socket, LcmUrl, int], None]) -> None:
+        self._url = parse(url)
+        self._prefix = prefix
+        self._socket = socket.socket(socket.AF_INET6 if self._url.is_ipv6 else socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            set_up(self._socket, self._url, interface_index(self._url.interface))
+        except OSError:
+            self._socket.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the socket: nothing is received or sent any more."""
+        self._socket.close()
+
+
+class Receiver(_Port):
     """The messages of a URL's group, from all senders. Construct it before the messages that must not be missed are sent."""
 
     def __init__(self, url: str = DEFAULT, *, prefix: str = "") -> None:
@@ -38,22 +62,10 @@ class Receiver:
 
         Raises ValueError if the URL is not valid, and OSError if the group cannot be joined.
         """
-        self._url = parse(url)
-        self._prefix = prefix
+        super().__init__(url, prefix, _join)
         self._assembler = Assembler()
         self._types: dict[bytes, type] = {}
         self.register(axlecast)
-        self._socket = _joined(self._url)
-
-    def __enter__(self) -> Receiver:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Leaves the group."""
-        self._socket.close()
 
     def fileno(self) -> int:
         """For `select`: readable if `messages(0)` may return something."""
@@ -130,25 +142,13 @@ class Receiver:
         return self._assembler.lost_by_sender()
 
 
-class Sender:
+class Sender(_Port):
     """Sends messages to the group of a URL."""
 
     def __init__(self, url: str = DEFAULT, *, prefix: str = "") -> None:
         """Raises ValueError if the URL is not valid, and OSError if this host has no such interface."""
-        self._url = parse(url)
-        self._prefix = prefix
+        super().__init__(url, prefix, _select_interface)
         self._number = 0
-        self._socket = _sending(self._url)
-
-    def __enter__(self) -> Sender:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """No message can be sent any more."""
-        self._socket.close()
 
     def publish(self, channel: str, message: bytes | Any) -> None:
         """Sends bytes, or an object of a type of `lcm-gen -p`. Raises ValueError if the channel has no or more than 63 bytes, and OSError
@@ -173,45 +173,32 @@ def _datagrams(number: int, channel: bytes, data: bytes) -> Iterable[bytes]:
             + (channel + b"\0" if index == 0 else b"") + data[begin:end] for index, (begin, end) in enumerate(zip(offsets, ends))]
 
 
-def _joined(url: LcmUrl) -> socket.socket:
-    """A socket that receives the group."""
-    receiving = socket.socket(socket.AF_INET6 if url.is_ipv6 else socket.AF_INET, socket.SOCK_DGRAM)
+def _join(receiving: socket.socket, url: LcmUrl, index: int) -> None:
+    """Lets the socket receive the group, on the interface of that index."""
+    receiving.setblocking(False)
+    receiving.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    size = url.recv_buf_size or _BUFFER
     try:
-        receiving.setblocking(False)
-        receiving.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        size = url.recv_buf_size or _BUFFER
-        try:
-            receiving.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, size)  # with CAP_NET_ADMIN, beyond net.core.rmem_max
-        except PermissionError:
-            receiving.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
-        index = interface_index(url.interface)
-        # The group's address: with another one, all groups of the port would arrive.
-        receiving.bind((url.group, url.port))
-        if url.is_ipv6:
-            group = socket.inet_pton(socket.AF_INET6, url.group)
-            receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, group + struct.pack("@I", index))
-        else:
-            group = struct.pack("@4s4si", socket.inet_aton(url.group), bytes(4), index)
-            receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
-    except OSError:
-        receiving.close()
-        raise
-    return receiving
+        receiving.setsockopt(socket.SOL_SOCKET, _SO_RCVBUFFORCE, size)  # with CAP_NET_ADMIN, beyond net.core.rmem_max
+    except PermissionError:
+        receiving.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
+    # The group's address: with another one, all groups of the port would arrive.
+    receiving.bind((url.group, url.port))
+    if url.is_ipv6:
+        group = socket.inet_pton(socket.AF_INET6, url.group)
+        receiving.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_JOIN_GROUP, group + struct.pack("@I", index))
+    else:
+        group = struct.pack("@4s4si", socket.inet_aton(url.group), bytes(4), index)
+        receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group)
 
 
-def _sending(url: LcmUrl) -> socket.socket:
-    sending = socket.socket(socket.AF_INET6 if url.is_ipv6 else socket.AF_INET, socket.SOCK_DGRAM)
-    try:
-        index = interface_index(url.interface)
-        if url.is_ipv6:
-            sending.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, url.ttl)
-            if index:
-                sending.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, index)
-        else:
-            sending.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, url.ttl)
-            if index:
-                sending.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, struct.pack("@4s4si", bytes(4), bytes(4), index))
-    except OSError:
-        sending.close()
-        raise
-    return sending
+def _select_interface(sending: socket.socket, url: LcmUrl, index: int) -> None:
+    """Lets the socket send by the interface of that index, with the URL's ttl."""
+    if url.is_ipv6:
+        sending.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_HOPS, url.ttl)
+        if index:
+            sending.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_MULTICAST_IF, index)
+    else:
+        sending.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, url.ttl)
+        if index:
+            sending.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, struct.pack("@4s4si", bytes(4), bytes(4), index))

@@ -58,9 +58,7 @@ class MessageNumbers:
     def receive(self, number: int, utime: int) -> None:
         """Counts a message that was received at `utime` (us, UNIX time)."""
         behind = self._place(number, utime)
-        if behind == 0:  # the usual case: the number that follows the last one
-            return
-        if behind > self._span:
+        if behind == 0 or behind > self._span:
             return
         if number in self._missing:
             del self._missing[number]
@@ -115,7 +113,7 @@ class _Partial:
     def __init__(self, size: int, count: int, utime: int) -> None:
         self.size = size
         self.count = count
-        self.channel: str | None = None
+        self.channel: bytes | None = None
         self.pieces: dict[int, tuple[int, bytes]] = {}
         self.bytes = 0
         self.begin = utime
@@ -129,15 +127,14 @@ class _Partial:
         """The whole message; None while fragments are missing. Raises ValueError if they do not fit together."""
         if len(self.pieces) < self.count:
             return None
-        data = b"".join(payload for _, (_, payload) in sorted(self.pieces.items()))
-        end = 0
+        data = bytearray()
         for _, (offset, payload) in sorted(self.pieces.items()):
-            if offset != end:
+            if offset != len(data):
                 raise ValueError("fragments do not follow each other")
-            end += len(payload)
-        if end != self.size or self.channel is None:
+            data += payload
+        if len(data) != self.size or self.channel is None:
             raise ValueError("fragments are not the message")
-        return data
+        return bytes(data)
 
 
 class Assembler:
@@ -228,7 +225,7 @@ class Assembler:
         partial.add(fragment, offset, payload)
         self._bytes += partial.bytes - before
         if channel is not None:
-            partial.channel = channel.decode("utf-8", "replace")
+            partial.channel = channel
         try:
             data = partial.joined()
         except ValueError:
@@ -240,7 +237,7 @@ class Assembler:
                 self._drop(next(iter(self._partials)))
             return None
         self._drop(key)
-        return self._take(sender, number, (partial.channel or "").encode(), data, utime)
+        return self._take(sender, number, partial.channel, data, utime)
 
     def _expire(self, utime: int) -> None:
         while self._partials:
