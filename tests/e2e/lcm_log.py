@@ -83,9 +83,14 @@ def generated_types():
     return axlecast
 
 
+def datagram(number, channel, data=b""):
+    """A short message in LCM's wire protocol: header, channel, NUL, payload."""
+    return struct.pack(">II", 0x4C433032, number) + channel.encode() + b"\0" + data
+
+
 def publish(port, channel, data, group="239.255.76.67"):
-    """One LCM message in its wire protocol: short header, channel, NUL, payload."""
-    packet = struct.pack(">II", 0x4C433032, publish.sequence) + channel.encode() + b"\0" + data
+    """Sends one LCM message."""
+    packet = datagram(publish.sequence, channel, data)
     publish.sequence += 1
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)

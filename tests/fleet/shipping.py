@@ -5,7 +5,6 @@ import itertools
 import json
 import signal
 import socket
-import struct
 import subprocess
 import threading
 import time
@@ -46,8 +45,7 @@ class Positions:
                 time.sleep(0.005)
 
     def publish(self, channel, data):
-        head = struct.pack(">II", 0x4C433032, next(self.number))
-        self.socket.sendto(head + channel.encode() + b"\0" + data, (GROUP, self.port))
+        self.socket.sendto(lcm_log.datagram(next(self.number), channel, data), (GROUP, self.port))
 
     def close(self):
         self.socket.close()

@@ -12,6 +12,7 @@ import sys
 import unittest
 
 import lcm_log
+from lcm_log import datagram
 from machine import Machine, one_axis, wait_for
 
 PACKAGE = os.environ["AXLECAST_PYTHON_PACKAGE"]
@@ -22,10 +23,6 @@ from axlecast.receiver import Receiver, Sender  # noqa: E402 pylint: disable=wro
 SOURCE = pathlib.Path(os.environ["AXLECAST_SOURCE"])
 URL = "udpm://239.255.76.67:7667?ttl=0"
 LIMIT = 60  # s
-
-
-def raw(number, channel, data=b""):
-    return struct.pack(">II", 0x4C433032, number) + channel.encode() + b"\0" + data
 
 
 class FromDrivers(Machine):
@@ -116,15 +113,15 @@ class Loss(unittest.TestCase):
             sending.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
             self.addCleanup(sending.close)
 
-    def send(self, sender, datagram, group="239.255.76.67", port=7667):
-        self.sockets[sender].sendto(datagram, (group, port))
+    def send(self, sender, message, group="239.255.76.67", port=7667):
+        self.sockets[sender].sendto(message, (group, port))
 
     def test_gaps_of_each_sender(self):
         with Receiver(URL) as receiver:
             for number in range(100):
                 if number % 10 != 5:
-                    self.send(0, raw(number, "A"))
-                self.send(1, raw(number, "B"))
+                    self.send(0, datagram(number, "A"))
+                self.send(1, datagram(number, "B"))
             messages = list(receiver.messages(1))
             self.assertEqual((len(messages), receiver.received, receiver.lost), (190, 190, 10))
             self.assertEqual(list(receiver.lost_by_sender().values()), [10])
@@ -132,11 +129,11 @@ class Loss(unittest.TestCase):
 
     def test_other_groups_and_prefixes_and_bytes_are_not_messages(self):
         with Receiver(URL, prefix="press3.") as receiver:
-            self.send(0, raw(0, "press3.A", b"1"))
-            self.send(0, raw(0, "press3.A", b"2"), group="239.255.76.68")
-            self.send(0, raw(1, "press4.A", b"3"))
+            self.send(0, datagram(0, "press3.A", b"1"))
+            self.send(0, datagram(0, "press3.A", b"2"), group="239.255.76.68")
+            self.send(0, datagram(1, "press4.A", b"3"))
             self.send(0, b"no message")
-            self.send(0, raw(2, "press3.A", b"4"))
+            self.send(0, datagram(2, "press3.A", b"4"))
             self.assertEqual([(message.channel, message.data) for message in receiver.messages(1)], [("A", b"1"), ("A", b"4")])
 
     def test_types_of_others_and_damaged_messages(self):
@@ -144,7 +141,7 @@ class Loss(unittest.TestCase):
         whole = position.encode()
         with Receiver(URL) as receiver:
             for number, data in enumerate((whole, whole[:40], b"", bytes(8) + whole[8:])):
-                self.send(0, raw(number, "POSITION/axis1", data))
+                self.send(0, datagram(number, "POSITION/axis1", data))
             decoded = [receiver.decode(message) for message in receiver.messages(1)]
             self.assertIsInstance(decoded[0], axlecast.position_t)
             self.assertEqual(decoded[1:], [None] * 3)
@@ -158,7 +155,7 @@ class Loss(unittest.TestCase):
                 def decode(data):
                     return data[8:]
             receiver.register(Own)
-            self.send(0, raw(4, "OWN", b"12345678own"))
+            self.send(0, datagram(4, "OWN", b"12345678own"))
             self.assertEqual([receiver.decode(message) for message in receiver.messages(1)], [b"own"])
 
     def test_asyncio(self):
@@ -174,16 +171,16 @@ class Loss(unittest.TestCase):
                 waiting = asyncio.create_task(first(receiver, 50))
                 for number in range(50):
                     await asyncio.sleep(0)
-                    self.send(0, raw(number, "A", str(number).encode()))
+                    self.send(0, datagram(number, "A", str(number).encode()))
                 return await asyncio.wait_for(waiting, LIMIT)
         self.assertEqual(asyncio.run(run()), list(range(50)))
 
     def test_a_full_buffer_is_counted(self):
         with Receiver(URL + "&recv_buf_size=4096") as receiver:
             for number in range(2_000):
-                self.send(0, raw(number, "A", bytes(500)))
+                self.send(0, datagram(number, "A", bytes(500)))
             received = len(list(receiver.messages(0)))
-            self.send(0, raw(2_000, "A"))
+            self.send(0, datagram(2_000, "A"))
             self.assertEqual(len(list(receiver.messages(1))), 1)
             self.assertGreater(receiver.lost, 0)
             self.assertEqual(received + 1 + receiver.lost, 2_001)

@@ -6,6 +6,8 @@ import struct
 import sys
 import unittest
 
+import lcm_log
+
 sys.path.insert(0, os.environ["AXLECAST_PYTHON_PACKAGE"])
 from axlecast.udpm import FRAGMENT, SHORT, Assembler, MessageNumbers  # noqa: E402 pylint: disable=wrong-import-position
 
@@ -13,8 +15,8 @@ SENDER = ("10.0.0.1", 40_001)
 SECOND = 1_000_000  # us
 
 
-def short(number, channel="A", data=b""):
-    return struct.pack(">II", SHORT, number) + channel.encode() + b"\0" + data
+def short(number):
+    return lcm_log.datagram(number, "A")
 
 
 def fragments(number, channel, data, size):
