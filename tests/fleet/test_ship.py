@@ -47,7 +47,7 @@ class Ship(Shipping):
         self.assert_exactly_once(sender)
 
     def test_kills_of_shipper_and_server_neither_lose_nor_double(self):
-        sender = self.record(6_000)
+        sender = self.record(18_000)  # some seconds, and so some stretches between seals, each at least one batch
         self.make_quiet()
         config = self.machine_file(ship="bandwidth: 48kB")
         chance = random.Random(21)
