@@ -9,15 +9,19 @@ import unittest
 import urllib.request
 
 from machine import clock_id, unsigned, wait_for
-from systemd_machine import (DRIVERS, LIMIT, SERVICES, active, commission, journal, pid, run, show, wait_for_another)
+from systemd_machine import (CONFIG, DRIVERS, LIMIT, SERVICES, active, commission, journal, pid, run, show, wait_for_another)
 
 ACCOUNTS = {"axlecast-bridge": "axlecast-bridge", "axlecast-driver": "axlecast-drivers", "axlecast-record": "axlecast-record",
-            "axlecast-simulate": "axlecast-drivers", "axlecast-web": "axlecast-web"}
+            "axlecast-ship": "axlecast-ship", "axlecast-simulate": "axlecast-drivers", "axlecast-web": "axlecast-web"}
 
 
 class Installed(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        # The guest's disk (9p) has no access lists, by which the shipper reads the folder of the logs.
+        logs = pathlib.Path("/var/log/axlecast")
+        logs.mkdir()
+        run("mount", "-t", "tmpfs", "tmpfs", str(logs))
         cls.began_with = commission()
         cls.restarts = {unit: show(unit, "NRestarts") for unit in SERVICES}
 
@@ -32,11 +36,14 @@ class Installed(unittest.TestCase):
 
     def test_processes_have_no_privileges(self):
         for unit in [*SERVICES, "axlecast-web.service"]:
-            status = pathlib.Path(f"/proc/{pid(unit)}/status").read_text()
-            self.assertRegex(status, r"CapEff:\s*0+\n", unit)
-            self.assertRegex(status, r"NoNewPrivs:\s*1\n", unit)
-            self.assertRegex(status, r"Seccomp:\s*2\n", unit)
-            self.assertEqual(pathlib.Path(f"/proc/{pid(unit)}").owner(), ACCOUNTS[re.sub(r"@.*|\.service", "", unit)])
+            self.check_privileges(unit)
+
+    def check_privileges(self, unit):
+        status = pathlib.Path(f"/proc/{pid(unit)}/status").read_text()
+        self.assertRegex(status, r"CapEff:\s*0+\n", unit)
+        self.assertRegex(status, r"NoNewPrivs:\s*1\n", unit)
+        self.assertRegex(status, r"Seccomp:\s*2\n", unit)
+        self.assertEqual(pathlib.Path(f"/proc/{pid(unit)}").owner(), ACCOUNTS[re.sub(r"@.*|\.service", "", unit)])
 
     def test_the_multicast_route_is_there(self):
         self.assertIn("dev lo", run("ip", "route", "get", "239.255.76.67"))
@@ -63,6 +70,27 @@ class Installed(unittest.TestCase):
             return sum(path.stat().st_size for path in pathlib.Path("/var/log/axlecast").rglob("*.lcm"))
         size = recorded()
         wait_for(lambda: recorded() > size, lambda: journal("axlecast-record"), LIMIT)
+
+    def test_the_shipper_reads_the_logs_and_waits_for_its_database(self):
+        unit, whole = "axlecast-ship.service", CONFIG.read_text()
+        CONFIG.write_text(whole + "ship: {database: host=127.0.0.1 dbname=fleet user=ship}\n")
+        run("systemctl", "daemon-reload")
+        self.assertIn(unit, run("systemctl", "show", "--property", "Wants", "--value", "axlecast.target"))
+        run("systemctl", "start", unit)
+        wait_for(lambda: re.search(r"no connection to the database.* in \d+ logs? not shipped", show(unit, "StatusText")),
+                 lambda: show(unit, "StatusText") + journal(unit), LIMIT)
+        self.assertNotIn("skipped", show(unit, "StatusText"))
+        self.check_privileges(unit)
+        # shipped.json: the shipper writes it, and the recorder reads it.
+        shipped = "/var/log/axlecast/tried.json"
+        for account, command in (("axlecast-ship", f"umask 022; echo {{}} > {shipped}"), ("axlecast-record", f"cat {shipped}"),
+                                 ("axlecast-ship", f"rm {shipped}")):
+            run("setpriv", "--reuid", account, "--regid", account, "--clear-groups", "sh", "-c", command)
+        self.assertEqual(show(unit, "NRestarts"), "0", journal(unit))
+        run("systemctl", "stop", unit)
+        self.assertEqual(show(unit, "Result"), "success", journal(unit))
+        CONFIG.write_text(whole)
+        run("systemctl", "daemon-reload")
 
     def test_page_and_metrics_are_served(self):
         for path, text in (("/", "<html"), ("/healthz", '"ok"'), ("/metrics", 'device="axis"')):
