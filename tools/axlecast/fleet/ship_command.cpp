@@ -152,9 +152,16 @@ class ShipRun {
     std::cerr << line << '\n';
   }
 
+  void PrintNew(const std::string& problem, const std::string& before) {
+    if (!problem.empty() && problem != before) Print(problem);
+  }
+
   void ReportChanges(const ShipStatus& status) {
     if (status.connected && !reported_.connected) Print("connected to " + status.host);
-    if (!status.problem.empty() && status.problem != reported_.problem) Print(status.problem);
+    PrintNew(status.problems.database, reported_.problems.database);
+    PrintNew(status.problems.folder, reported_.problems.folder);
+    PrintNew(status.problems.marks, reported_.problems.marks);
+    PrintNew(status.problems.retention, reported_.problems.retention);
     for (const SkippedLog& log : status.skipped) {
       if (std::ranges::find(reported_.skipped, log) == reported_.skipped.end()) {
         Print(log.file + " is not shipped: " + log.reason);

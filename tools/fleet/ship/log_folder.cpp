@@ -107,13 +107,22 @@ Result<FolderContent> LogFolder::Scan(Timestamp now) {
 
 void LogFolder::Look(const std::string& file, Timestamp now) {
   struct stat status {};
-  if (stat((folder_ + '/' + file).c_str(), &status) != 0 || !S_ISREG(status.st_mode)) return;
+  if (stat((folder_ + '/' + file).c_str(), &status) != 0) {
+    if (errno == ENOENT) return;
+    files_[file] = {.reason = std::strerror(errno), .seen = true};
+    return;
+  }
+  if (!S_ISREG(status.st_mode)) return;
   Known& known = files_[file];
   known.seen = true;
   const bool same = known.inode == status.st_ino && status.st_size >= known.bytes;
-  if (same && status.st_size == known.bytes) return;
+  // A file that could not be read may have new rights.
+  const bool read = known.facts != nullptr || (known.changed.tv_sec == status.st_ctim.tv_sec &&
+                                               known.changed.tv_nsec == status.st_ctim.tv_nsec);
+  if (same && read && status.st_size == known.bytes) return;
   if (!same) known = {.inode = status.st_ino, .found = now.mono, .seen = true};
   known.released = false;
+  known.changed = status.st_ctim;
   known.bytes = status.st_size;
   // A file that is seen for the first time may have been quiet for long.
   const std::int64_t age_us =

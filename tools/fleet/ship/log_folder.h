@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ctime>
 #include <map>
 #include <memory>
 #include <string>
@@ -59,8 +60,9 @@ class LogFolder {
   struct Known {
     std::uint64_t inode = 0;
     std::int64_t bytes = 0;
-    MonoNs found = 0;  // when the file was seen first
-    MonoNs grown = 0;  // when its size changed
+    timespec changed = {};  // the file, its rights or owner
+    MonoNs found = 0;       // when the file was seen first
+    MonoNs grown = 0;       // when its size changed
     LogKey key = {};
     std::shared_ptr<const LogFacts> facts = {};  // null: skipped
     std::string reason = {};

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -93,6 +94,26 @@ TEST_F(LogFolderTest, ReadsAHeadThatWasNotCompleteBefore) {
   Write("a.lcm", {log.begin(), log.begin() + 90});
   EXPECT_THAT(Scan(0).skipped, SizeIs(1));
   Write("a.lcm", log);
+  EXPECT_THAT(Files(Scan(kSecond)), ElementsAre("a.lcm"));
+}
+
+// As after a change of its rights.
+TEST_F(LogFolderTest, ReadsAFileAgainThatCouldNotBeRead) {
+  const std::vector<std::uint8_t> log = Log("positions", 5);
+  Write("a.lcm", std::vector<std::uint8_t>(log.size(), 1));
+  EXPECT_THAT(Scan(0).skipped, SizeIs(1));
+  Write("a.lcm", log);
+  EXPECT_THAT(Files(Scan(kSecond)), ElementsAre("a.lcm"));
+}
+
+TEST_F(LogFolderTest, NamesAFileThatCannotBeLookedAt) {
+  ASSERT_EQ(symlink("a.lcm", Path("a.lcm").c_str()), 0);
+  const FolderContent content = Scan(0);
+  ASSERT_THAT(content.skipped, SizeIs(1));
+  EXPECT_EQ(content.skipped[0].reason, "Too many levels of symbolic links");
+  EXPECT_FALSE(content.skipped[0].foreign);
+  std::filesystem::remove(Path("a.lcm"));
+  Write("a.lcm", Log("positions", 5));
   EXPECT_THAT(Files(Scan(kSecond)), ElementsAre("a.lcm"));
 }
 

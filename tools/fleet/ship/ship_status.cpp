@@ -1,5 +1,7 @@
 #include "tools/fleet/ship/ship_status.h"
 
+#include <algorithm>
+
 #include "core/alarm/alarm_codes.h"
 #include "core/base/spelling.h"
 #include "core/base/text.h"
@@ -11,9 +13,25 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kDetail = 80;  // bytes of an alarm's action
 
+// Returns why messages of the machine cannot be read now; empty if all can.
+std::string Unreadable(const ShipStatus& status) {
+  if (!status.problems.folder.empty()) return status.problems.folder;
+  const auto log = std::ranges::find(status.skipped, false, &SkippedLog::foreign);
+  return log == status.skipped.end() ? "" : log->file + ": " + log->reason;
+}
+
 std::string Megabytes(std::int64_t bytes) { return Text("%.1f MB", static_cast<double>(bytes) / 1e6); }
 
 }  // namespace
+
+std::string ShipProblems::Text() const {
+  std::string text;
+  for (const std::string* const problem : {&database, &folder, &marks, &retention}) {
+    if (!text.empty() && !problem->empty()) text += "; ";
+    text += *problem;
+  }
+  return text;
+}
 
 Json ShipStatusJson(const std::string& machine, const char* state, std::int64_t utime, const ShipStatus& status) {
   Json skipped = Json::array();
@@ -24,7 +42,7 @@ Json ShipStatusJson(const std::string& machine, const char* state, std::int64_t 
           {"utime", utime},
           {"connected", status.connected},
           {"host", status.host},
-          {"problem", status.problem},
+          {"problem", status.problems.Text()},
           {"fenced", status.fenced},
           {"batches", status.batches},
           {"bytes", status.bytes},
@@ -53,7 +71,7 @@ std::string ShipStatusLine(const ShipStatus& status) {
   add(status.holes, "holes");
   add(status.odd, "messages with odd times");
   add(static_cast<std::int64_t>(status.skipped.size()), "files skipped");
-  if (!status.problem.empty()) text += "; " + status.problem;
+  if (const std::string problems = status.problems.Text(); !problems.empty()) text += "; " + problems;
   return text;
 }
 
@@ -62,8 +80,17 @@ std::string ShipAlarmName(const std::string& machine) { return "ship/" + machine
 const alarm_t& ShipAlarms::Make(const ShipStatus& status, MonoNs now, std::int64_t utime) {
   using namespace shipping_alarms;
   const bool away = !status.connected && !status.fenced && now - status.away_since >= kAway;
-  alarms_.Set(kDatabaseAway, away, utime, false, away ? Shortened(status.problem, kDetail) : std::string_view());
-  alarms_.Set(kLogsNotShipped, status.oldest_us >= kLate, utime);
+  alarms_.Set(kDatabaseAway, away, utime, false,
+              away ? Shortened(status.problems.database, kDetail) : std::string_view());
+  const std::string unreadable = Unreadable(status);
+  if (unreadable.empty()) {
+    unreadable_since_.reset();
+  } else if (!unreadable_since_) {
+    unreadable_since_ = now;
+  }
+  const bool not_read = unreadable_since_ && now - *unreadable_since_ >= kUnreadable;
+  alarms_.Set(kLogsNotShipped, not_read || status.oldest_us >= kLate, utime, false,
+              not_read ? Shortened(unreadable, kDetail) : std::string_view());
   alarms_.Set(kHoleRecorded, status.holes > holes_before_, utime, status.holes > 0);
   alarms_.Set(kShipperFenced, status.fenced, utime);
   holes_before_ = status.holes;

@@ -3,6 +3,7 @@
 #include <axlecast/alarm_t.hpp>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,13 +14,24 @@
 
 namespace axlecast {
 
+// Why a part of the work failed when it was tried last; empty after a success.
+struct ShipProblems {
+  std::string database = {};   // no connection, or it accepts nothing
+  std::string folder = {};     // the logs cannot be read
+  std::string marks = {};      // shipped.json cannot be written
+  std::string retention = {};  // what is too old cannot be deleted
+
+  // Returns all of them in one line.
+  [[nodiscard]] std::string Text() const;
+};
+
 // The state of a shipper.
 struct ShipStatus {
   bool connected = false;
   bool fenced = false;
-  std::string host = {};     // of the database
-  std::string problem = {};  // why the last attempt failed; empty after a success
-  MonoNs away_since = 0;     // since when there is no connection
+  std::string host = {};  // of the database
+  ShipProblems problems = {};
+  MonoNs away_since = 0;  // since when there is no connection
   std::int64_t batches = 0;
   std::int64_t bytes = 0;    // of the logs
   std::int64_t samples = 0;  // positions
@@ -47,6 +59,7 @@ struct ShipStatus {
 class ShipAlarms {
  public:
   static constexpr MonoNs kAway = 10 * kSecond;               // a restart of the database raises no alarm
+  static constexpr MonoNs kUnreadable = 10 * kSecond;         // the head of a new log may not be complete
   static constexpr std::int64_t kLate = 10 * 60 * 1'000'000;  // us
 
   ShipAlarms(const std::string& machine, const Origin& origin) : alarms_(ShipAlarmName(machine), origin) {}
@@ -57,6 +70,7 @@ class ShipAlarms {
  private:
   ProgramAlarms alarms_;
   std::int64_t holes_before_ = 0;
+  std::optional<MonoNs> unreadable_since_;  // a log, or the folder
 };
 
 }  // namespace axlecast

@@ -93,11 +93,11 @@ void Shipper::Scan() {
   const MonoNs now = clock_.Now();
   next_scan_ = now + kScanInterval;
   Result<FolderContent> content = folder_.Scan({now, clock_.UtcMicroseconds()});
-  if (!content) {
+  {
     const std::lock_guard lock(mutex_);
-    if (status_.connected || status_.problem.empty()) status_.problem = content.error().text;
-    return;
+    status_.problems.folder = content ? "" : content.error().text;
   }
+  if (!content) return;
   std::map<LogKey, Work> works;
   for (FolderLog& log : content->logs) {
     const auto found = works_.find(log.key);
@@ -132,7 +132,7 @@ void Shipper::Connect() {
   const std::lock_guard lock(mutex_);
   status_.connected = true;
   status_.host = database_.host();
-  status_.problem = database_.warning();
+  status_.problems.database = database_.warning();
 }
 
 // ---- what is deleted, what is shipped ----
@@ -170,12 +170,7 @@ void Shipper::Expire() {
   const ShipResult<> expired = database_.Expire();
   if (!expired && !database_.connected()) return OnFailed(expired.error(), nullptr);
   const std::lock_guard lock(mutex_);
-  if (!expired) {
-    status_.problem = expired.error().text;
-  } else if (status_.problem == expiry_problem_) {
-    status_.problem.clear();
-  }
-  expiry_problem_ = expired ? "" : expired.error().text;
+  status_.problems.retention = expired ? "" : expired.error().text;
 }
 
 void Shipper::Mark(const std::string& file, const LedgerEntry& entry, std::int64_t hole) {
@@ -190,11 +185,12 @@ void Shipper::SaveMarks(bool now) {
     return;
   next_mark_ = mono + kMarkInterval;
   marks_.utime = clock_.UtcMicroseconds();
-  if (const Result<> marked = MarkShipped(settings_.folder, marks_); !marked) {
+  const Result<> marked = MarkShipped(settings_.folder, marks_);
+  {
     const std::lock_guard lock(mutex_);
-    status_.problem = marked.error().text;
-    return;
+    status_.problems.marks = marked ? "" : marked.error().text;
   }
+  if (!marked) return;
   marks_.logs.clear();
   mark_now_ = false;
 }
@@ -338,7 +334,7 @@ void Shipper::OnFailed(const ShipError& error, Work* work) {
     status_.away_since = now;
   }
   status_.fenced = error.fault == ShipFault::kFenced;
-  status_.problem = error.text;
+  status_.problems.database = error.text;
 }
 
 std::optional<ShipEnd> Shipper::EndOf() const {

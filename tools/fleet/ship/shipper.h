@@ -105,7 +105,6 @@ class Shipper {
   MonoNs next_mark_ = 0;
   MonoNs next_connect_ = 0;
   ExpirySchedule expiry_;
-  std::string expiry_problem_;  // of the last attempt; empty: it succeeded
   MonoNs backoff_ = 0;
   std::optional<ShipEnd> ended_;
   mutable std::mutex mutex_;

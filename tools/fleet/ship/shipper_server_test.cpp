@@ -95,24 +95,24 @@ class ShipperWithServer : public ::testing::Test {
 
 TEST_F(ShipperWithServer, DeletesWhatIsOlderThanItsRetentionAgainAndAgain) {
   StartShipper();
-  EXPECT_TRUE(Eventually([this] { return OldRows() == 0; })) << shipper_.Status().problem;
+  EXPECT_TRUE(Eventually([this] { return OldRows() == 0; })) << shipper_.Status().problems.Text();
   AddOld();
   // The database's clock is not the fast one: for the database, the last deletion was just now.
   ASSERT_TRUE(admin_.Script("UPDATE axlecast.expiry SET finished = finished - interval '1 h'"));
-  EXPECT_TRUE(Eventually([this] { return OldRows() == 0; })) << shipper_.Status().problem;
-  EXPECT_EQ(shipper_.Status().problem, "");
+  EXPECT_TRUE(Eventually([this] { return OldRows() == 0; })) << shipper_.Status().problems.Text();
+  EXPECT_EQ(shipper_.Status().problems.Text(), "");
 }
 
 TEST_F(ShipperWithServer, GoesOnAfterAnErrorOfTheRetention) {
   ASSERT_TRUE(admin_.Script("REVOKE EXECUTE ON FUNCTION axlecast.expire(interval) FROM axlecast_writer"));
   StartShipper();
-  EXPECT_TRUE(
-      Eventually([this] { return shipper_.Status().problem.find("permission denied") != std::string::npos; }));
+  EXPECT_TRUE(Eventually(
+      [this] { return shipper_.Status().problems.retention.find("permission denied") != std::string::npos; }));
   EXPECT_TRUE(shipper_.Status().connected);
   EXPECT_EQ(OldRows(), 1);
   ASSERT_TRUE(admin_.Script("GRANT EXECUTE ON FUNCTION axlecast.expire(interval) TO axlecast_writer"));
   EXPECT_TRUE(Eventually([this] { return OldRows() == 0; }));
-  EXPECT_TRUE(Eventually([this] { return shipper_.Status().problem.empty(); }));
+  EXPECT_TRUE(Eventually([this] { return shipper_.Status().problems.Text().empty(); }));
 }
 
 TEST_F(ShipperWithServer, OneOfManyDeletes) {
