@@ -456,7 +456,7 @@ inline double PositionTracker::Value(double counts) const {
   if (!(modulo_ > 0)) return value;
   const double wrapped = std::fmod(value, modulo_);
   const double positive = wrapped < 0 ? wrapped + modulo_ : wrapped;
-  return positive < modulo_ ? positive : 0;
+  return positive >= modulo_ ? 0 : positive;
 }
 
 inline PositionTracker::Position PositionTracker::Make(Answer answer, const Reading& base, std::int32_t flags,

@@ -44,16 +44,32 @@ class FromDrivers(Machine):
             self.assertEqual(len({position.machine_id for position in seen}), 1)
             self.assertNotEqual(seen[0].clock_id, 0)
 
-    def test_the_example_prints_positions(self):
+    def example(self, *words):
+        """Starts a driver and an example; returns a function that reads the example's next line."""
         config = self.write(one_axis())
         self.simulator(config, "rs485-0")
         self.driver(config, "rs485-0")
-        example = subprocess.Popen([sys.executable, "-B", SOURCE / "client/example/print_position.py", URL], stdout=subprocess.PIPE, text=True,
-                                   env={**os.environ, "PYTHONPATH": PACKAGE})
+        example = subprocess.Popen([sys.executable, "-B", SOURCE / "client/example" / words[0], *words[1:]], stdout=subprocess.PIPE,
+                                   text=True, env={**os.environ, "PYTHONPATH": PACKAGE})
         self.addCleanup(example.stdout.close)
         self.addCleanup(example.wait)
         self.addCleanup(example.kill)
-        lines = [example.stdout.readline() for _ in range(100)]
+        return example.stdout.readline
+
+    def test_the_control_loop_knows_the_position(self):
+        line = self.example("control_loop.py", "axis1", "--url", URL)
+        known = 0
+        for _ in range(2_000):
+            text = line()
+            self.assertRegex(text, r"^(-?\d+\.\d{3} ± \d+\.\d counts|no position: [a-z].*)$")
+            known += "counts" in text
+            if known == 50:
+                return
+        self.fail(text)
+
+    def test_the_example_prints_positions(self):
+        line = self.example("print_position.py", URL)
+        lines = [line() for _ in range(100)]
         self.assertTrue(all(re.fullmatch(r"POSITION/axis1 (-?\d+\.\d{3}|not valid) 0 lost\n", line) for line in lines), lines)
         self.assertIn("example/print_position.py", (SOURCE / "docs/python.md").read_text(encoding="utf-8"))
 
