@@ -43,7 +43,7 @@ class Freshness(enum.Enum):
 
 
 class Answer(enum.Enum):
-    """What a position rests on, else why there is none."""
+    """What a position rests on, else the reason why nothing is known."""
 
     READ = "a reading of just that instant"
     INTERPOLATED = "between two readings"
