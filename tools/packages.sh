@@ -16,7 +16,7 @@ packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev 
 # What they start.
 packages_process="libfaketime spin x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
-  sqlite3 zstd openssl postgresql-15 mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio
+  sqlite3 zstd openssl postgresql-15 mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio python3-nacl
   mbpoll tshark python3-can python3-jsonschema python3-yaml python3-pandas python3-prometheus-client chromium chromium-driver prometheus nftables
   $packages_vm"
 # What only tools/campaign starts: llvm-cov, and the picture of a soak.
