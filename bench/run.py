@@ -18,12 +18,13 @@ import axes_bench
 import fleet_queries
 import machine  # tests/e2e: how a machine under test is started
 import poll_efficiency
+import python_bench
 import record_bench
 import replay_bench
 from process_cost import cpu_seconds, resident_mb
 
 TARGETS = ("unpaced", "slots", "latency", "receive", "cpu", "start", "commands", "permits", "decode", "stream", "poll", "guest", "replay", "seek",
-           "record", "ticks", "buses", "axes", "fleet")
+           "record", "python", "ticks", "buses", "axes", "fleet")
 WARM_UP = 0.25  # s, before CPU time is counted
 
 
@@ -382,6 +383,9 @@ buses:
 
     def record(self):
         record_bench.measure(self)
+
+    def python(self):
+        python_bench.measure(self)
 
     def axes(self):
         axes_bench.measure(self)

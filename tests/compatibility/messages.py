@@ -61,6 +61,10 @@ class Filler:
             return f"text {self.count} äµ"
         return self.message(self.types[kind.removeprefix("axlecast.")])
 
+    def array_size(self):
+        """Of an array whose size is a field of the message."""
+        return 2
+
     def field(self, kind, dimensions, sizes):
         if not dimensions:
             return self.scalar(kind)
@@ -72,7 +76,7 @@ class Filler:
     def message(self, definition):
         message = definition()
         rows = list(fields(definition.__name__))
-        sizes = {size: 2 for _, _, dimensions in rows for size in dimensions if isinstance(size, str)}
+        sizes = {size: self.array_size() for _, _, dimensions in rows for size in dimensions if isinstance(size, str)}
         for kind, name, dimensions in rows:
             setattr(message, name, sizes[name] if name in sizes else self.field(kind, dimensions, sizes))
         return message

@@ -21,7 +21,7 @@ def same(stored, shown):
     if isinstance(shown, str) and isinstance(stored, list):
         return bytes(stored) == bytes.fromhex(shown)
     if isinstance(shown, str) and isinstance(stored, int):
-        return stored == int(shown, 16)
+        return stored % 2**64 == int(shown, 16)
     if isinstance(stored, list):
         return len(stored) == len(shown) and all(map(same, stored, shown))
     if isinstance(stored, float) and not isinstance(shown, bool):
