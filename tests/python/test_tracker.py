@@ -16,6 +16,7 @@ import axlecast  # noqa: E402
 from axlecast.position_tracker import Answer, Freshness, InstantOf, Options, PositionTracker  # noqa: E402
 from axlecast.time_base import TimeBase, id_of_name, own_clock_id  # noqa: E402
 
+ANSWERS = pathlib.Path(os.environ["AXLECAST_BIN"]).parent / "campaign/tracker_answers"
 TABLE = pathlib.Path(__file__).with_name("tracker_cases.txt")
 FLAGS = {"v": axlecast.position_t.FLAG_VALID, "t": axlecast.position_t.FLAG_TURNS_VALID, "s": axlecast.position_t.FLAG_SPEED_VALID,
          "r": axlecast.position_t.FLAG_REFERENCED, "i": axlecast.position_t.FLAG_IMPLAUSIBLE}
@@ -189,7 +190,7 @@ def number(text):
 def in_cpp(script):
     text = "".join(line["command"] + "".join(f" {key}={value!r}" for key, value in line.items() if key != "command") + "\n"
                    for line in script)
-    run = subprocess.run([os.environ["AXLECAST_TRACKER_ANSWERS"]], input=text, capture_output=True, text=True, check=True)
+    run = subprocess.run([ANSWERS], input=text, capture_output=True, text=True, check=True)
     return [[number(word) for word in line.split()] for line in run.stdout.splitlines()]
 
 
