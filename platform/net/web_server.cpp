@@ -21,6 +21,7 @@ namespace {
 // What waits in the kernel for a slow reader is old when it arrives. This is sufficient for a fast reader.
 constexpr int kSendBuffer = 128 << 10;
 constexpr std::size_t kChunk = 16 << 10;
+constexpr std::size_t kReceiveBuffer = 16 << 10;
 // A peer that does not answer for this time is gone, such as a tablet out of range.
 constexpr std::uint16_t kPingSeconds = 15;
 constexpr std::uint16_t kGoneSeconds = 60;
@@ -60,6 +61,8 @@ WebRequest ReadRequest(lws* wsi) {
   request.cookie = Header(wsi, WSI_TOKEN_HTTP_COOKIE);
   request.authorization = Header(wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
   request.if_none_match = Header(wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH);
+  request.query = Header(wsi, WSI_TOKEN_HTTP_URI_ARGS);
+  request.subprotocols = Header(wsi, WSI_TOKEN_PROTOCOL);
   return request;
 }
 
@@ -142,7 +145,7 @@ struct WebServer::State {
   WebConnection last_connection = 0;
   bool ended = false;
   std::vector<lws_protocol_vhost_options> headers;
-  std::array<lws_protocols, 2> protocols{};
+  std::vector<lws_protocols> protocols;  // ends with an empty one
   lws_retry_bo_t liveness{};
 };
 
@@ -153,9 +156,13 @@ WebServer::State::State(WebServerSettings the_settings, WebServices& the_service
                    .per_address = static_cast<std::size_t>(settings.max_per_address)}) {
   for (auto& [name, value] : settings.headers) name += ':';  // as the library requires
   timer.state = this;
-  protocols[0].name = kSubprotocol;
-  protocols[0].callback = &State::OnEvent;
-  protocols[0].rx_buffer_size = kLongestFrame;
+  for (const std::string& name : settings.subprotocols) {
+    lws_protocols& protocol = protocols.emplace_back();
+    protocol.name = name.c_str();
+    protocol.callback = &State::OnEvent;
+    protocol.rx_buffer_size = kReceiveBuffer;
+  }
+  protocols.emplace_back();
   liveness.secs_since_valid_ping = kPingSeconds;
   liveness.secs_since_valid_hangup = kGoneSeconds;
   Listen();
@@ -337,7 +344,7 @@ int WebServer::State::OnReceive(lws* wsi, Peer& peer, std::string_view part) {
     return -1;
   };
   if (lws_frame_is_binary(wsi) != 0) return close(LWS_CLOSE_STATUS_UNACCEPTABLE_OPCODE);
-  if (peer.text.size() + part.size() > kLongestFrame) return close(LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE);
+  if (peer.text.size() + part.size() > settings.longest_frame) return close(LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE);
   peer.text += part;
   if (lws_is_final_fragment(wsi) == 0 || lws_remaining_packet_payload(wsi) > 0) return 0;
   services.OnFrame(peer.connection, peer.text);
@@ -355,7 +362,8 @@ int WebServer::State::OnWritable(lws* wsi, Peer& peer) {
   }
   if (!frame.text) return 0;
   OutBuffer buffer(*frame.text);
-  if (lws_write(wsi, buffer.begin(), frame.text->size(), LWS_WRITE_TEXT) < 0) return -1;
+  if (lws_write(wsi, buffer.begin(), frame.text->size(), frame.binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT) < 0)
+    return -1;
   lws_callback_on_writable(wsi);
   return 0;
 }

@@ -14,11 +14,13 @@ namespace axlecast {
 struct WebRequest {
   std::string method = {};  // "GET", "HEAD" or "POST"; others are not answered
   std::string path = {};    // without the query
+  std::string query = {};   // what follows the question mark, as it was sent
   std::string host = {};
   std::string origin = {};
   std::string cookie = {};
   std::string authorization = {};
   std::string if_none_match = {};
+  std::string subprotocols = {};  // of a WebSocket, as the client lists them
   std::string body = {};
 };
 
@@ -29,9 +31,10 @@ struct WebAnswer {
   std::vector<std::pair<std::string, std::string>> headers = {};
 };
 
-// The next action on a WebSocket: nothing, send a text, or close with a code.
+// The next action on a WebSocket: nothing, send a frame, or close with a code.
 struct WebFrame {
   std::optional<std::string> text = std::nullopt;
+  bool binary = false;  // `text` holds any bytes
   int close = 0;
   std::string reason = {};  // <= 120 bytes
 };
@@ -64,15 +67,16 @@ struct WebServerSettings {
   int max_per_address = 32;  // of these, from one address of another host
   // Sent with every answer, also of the library.
   std::vector<std::pair<std::string, std::string>> headers = {};
+  // Of WebSockets. A client gets the first one in its own list that is one of these.
+  std::vector<std::string> subprotocols = {"axlecast-web-1"};
+  std::size_t longest_frame = 16 << 10;  // bytes, of a WebSocket's peer
 };
 
 // HTTP and WebSockets: the only place that uses libwebsockets. One thread at a time; one server in a process.
 class WebServer {
  public:
   static constexpr int kTickMs = 50;
-  static constexpr std::size_t kLongestFrame = 16 << 10;  // of a WebSocket's peer
-  static constexpr std::size_t kLongestBody = 4 << 10;    // of a request
-  static constexpr const char* kSubprotocol = "axlecast-web-1";
+  static constexpr std::size_t kLongestBody = 4 << 10;  // of a request
 
   // `services` outlives it.
   WebServer(const WebServerSettings& settings, WebServices& services);

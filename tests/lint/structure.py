@@ -36,7 +36,7 @@ WORLDS = [
 # What every tool may include.
 BESIDE_TOOLS = ("core", "platform", "client", "bridge/store", "drivers/hal", "drivers/kit")
 LIBRARIES_OF_TOOLS = tuple(f"tools/{name}" for name in (
-    "convert", "doctor", "fleet", "log", "metrics", "monitor", "mqtt", "recorder", "redecode", "replay", "scan", "service", "web"))
+    "convert", "doctor", "fleet", "foxglove", "log", "metrics", "monitor", "mqtt", "recorder", "redecode", "replay", "scan", "service", "web"))
 # The folders of tools/axlecast, and which of the others each may include.
 SUBCOMMANDS = [
     ("common", ()),

@@ -32,6 +32,7 @@ int RunCommandLine(int argc, char** argv) {
              &AddLogCommand, &AddRedecodeCommand,
 #if AXLECAST_WEB
              &AddWebCommand,
+             &AddFoxgloveCommand,
 #endif
              &AddScanCommand, &AddCheckConfigCommand, &AddDoctorCommand, &AddKeygenCommand, &AddSimulateCommand,
              &AddDriverCommand, &AddSpyCommand, &AddShellCommand, &AddDecodeCommand, &AddSsiPlanCommand

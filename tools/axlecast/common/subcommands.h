@@ -55,11 +55,12 @@ void AddMqttCommand(CLI::App& app, int& exit_code);
 void AddShellCommand(CLI::App& app, int& exit_code);
 // simulate: runs the simulators of the buses of a machine, or queries and changes running ones
 void AddSimulateCommand(CLI::App& app, int& exit_code);
-void AddSetsCommand(CLI::App& app, int& exit_code);  // sets: publishes several axes on one tick
-void AddSkewCommand(CLI::App& app, int& exit_code);  // skew: how far apart they are sampled
-void AddTimeCommand(CLI::App& app, int& exit_code);  // time: keeps the time base of the machine
-void AddUpCommand(CLI::App& app, int& exit_code);    // up: runs the whole machine in the foreground
-void AddWebCommand(CLI::App& app, int& exit_code);   // web; only in a build with AXLECAST_WEB
+void AddSetsCommand(CLI::App& app, int& exit_code);      // sets: publishes several axes on one tick
+void AddSkewCommand(CLI::App& app, int& exit_code);      // skew: how far apart they are sampled
+void AddTimeCommand(CLI::App& app, int& exit_code);      // time: keeps the time base of the machine
+void AddUpCommand(CLI::App& app, int& exit_code);        // up: runs the whole machine in the foreground
+void AddWebCommand(CLI::App& app, int& exit_code);       // web; only in a build with AXLECAST_WEB
+void AddFoxgloveCommand(CLI::App& app, int& exit_code);  // foxglove; only in a build with AXLECAST_WEB
 
 // ---- fleet ----
 

@@ -23,6 +23,7 @@
 #include "tools/axlecast/common/subcommands.h"
 #include "tools/axlecast/common/terminal.h"
 #include "tools/axlecast/logs/log_input.h"
+#include "tools/axlecast/run/web_server_options.h"
 #include "tools/log/log_merge.h"
 #include "tools/metrics/metrics_text.h"
 #include "tools/web/fleet/fleet_page_reader.h"
@@ -31,45 +32,19 @@
 namespace axlecast {
 namespace {
 
-// The file of a secret, from the command line.
-SecretPlace SecretFileAt(const std::string& file) {
-  SecretPlace place;
-  place.file = std::filesystem::absolute(file);
-  place.group_may_read = true;
-  return place;
-}
-
 struct WebOptions {
   ConfigOption config;
   std::vector<std::string> logs;
-  std::optional<std::string> bind;
-  std::optional<int> port;
-  std::optional<std::string> certificate;
-  std::optional<std::string> key;
-  std::optional<std::string> token_file;
-  std::vector<std::string> names;
-  std::size_t clients = 16;
+  WebServerOptions server;
   std::optional<std::string> fleet;
   std::optional<std::string> fleet_password;
 
   void AddTo(CLI::App& command) {
     config.AddTo(command, ConfigOption::Form::kPositional);
     command.add_option("--log", logs, "Show these recorded logs instead of the live machine")->type_name("FILE");
-    command.add_option("--bind", bind, "Serve on this address instead of the file's (127.0.0.1: only this host)")
-        ->type_name("ADDRESS");
-    command.add_option("--port", port, "Serve on this TCP port instead of the file's (8380); 0: any free port")
-        ->check(CLI::Range(0, 65535))
-        ->type_name("N");
-    command.add_option("--tls-cert", certificate, "PEM file of the certificate and its chain")->type_name("FILE");
-    command.add_option("--tls-key", key, "PEM file of its key, mode 0600 or 0640")->type_name("FILE");
-    command.add_option("--token-file", token_file, "File of the token for browsers to sign in, mode 0600 or 0640")
-        ->type_name("FILE");
-    command.add_option("--name", names, "Accept this name of the host in requests, in addition to its own")
-        ->type_name("NAME");
-    command.add_option("--clients", clients, "Maximum number of browsers at the same time")
-        ->check(CLI::Range(1, 200))
-        ->capture_default_str()
-        ->type_name("N");
+    server.AddTo(command, "Serve on this TCP port instead of the file's (8380); 0: any free port",
+                 "File of the token for browsers to sign in, mode 0600 or 0640",
+                 "Maximum number of browsers at the same time");
     command
         .add_option("--fleet", fleet,
                     "Also show the machines of this fleet database; without a machine's file, only them")
@@ -84,12 +59,7 @@ struct WebOptions {
 
   // Replaces values of the machine's file by those of the command line.
   [[nodiscard]] WebConfig Over(WebConfig web) const {
-    web.bind = bind.value_or(web.bind);
-    web.port = port.value_or(web.port);
-    web.certificate = certificate.value_or(web.certificate);
-    web.key = key.value_or(web.key);
-    if (token_file) web.token = SecretFileAt(*token_file);
-    web.names.insert(web.names.end(), names.begin(), names.end());
+    web = server.Over(std::move(web));
     if (fleet) {
       web.fleet_database = *fleet;
       web.fleet_password = fleet_password ? SecretFileAt(*fleet_password) : SecretPlace{};
@@ -220,24 +190,9 @@ class FleetSource {
   FleetWorker worker_;  // last: it uses all of the others
 };
 
-// Returns the token, which is empty if none is required. Also checks that the TLS key can be read.
-Result<Secret> ReadSecrets(const WebConfig& web) {
-  SecretFiles files;
-  if (!web.key.empty()) {
-    const Result<Secret> key = files.Read(SecretFileAt(web.key));
-    if (!key) return Failure("tls_key: " + key.error().text);
-  }
-  if (web.token.empty()) return Secret();
-  Result<Secret> token = files.Read(web.token);
-  if (!token) return Failure("token: " + token.error().text);
-  if (token->text().size() >= WebAccess::kMinTokenLength) return token;
-  return Failure("token: shorter than " + std::to_string(WebAccess::kMinTokenLength) +
-                 " characters: it could be guessed; create one: (umask 077; openssl rand -hex 16 > FILE)");
-}
-
 // Serves `parts` until a signal. `title`: the machine or log that is shown.
 int Serve(const WebOptions& options, WebConfig web, const std::string& title, WebSiteParts parts) {
-  const Result<Secret> token = ReadSecrets(web);
+  const Result<Secret> token = ReadWebSecrets(web);
   if (!token) return Fail(token.error().text, kExitBad);
   std::vector<std::string> names = web.names;
   names.push_back(HostName());
@@ -248,13 +203,13 @@ int Serve(const WebOptions& options, WebConfig web, const std::string& title, We
   parts.clock = &clock;
   parts.access = &access;
   parts.files = PageFiles();
-  parts.max_clients = options.clients;
+  parts.max_clients = options.server.clients;
   parts.tick = [&stop, &clock, &supervision, gather = std::move(parts.tick)] {
     supervision.Progress(clock.Now());
     return gather() && !stop.Requested();
   };
   WebApp site(std::move(parts));
-  const int max_connections = static_cast<int>(options.clients) + kSpareConnections;
+  const int max_connections = static_cast<int>(options.server.clients) + kSpareConnections;
   WebServer server({.address = web.bind,
                     .port = web.port,
                     .certificate = web.certificate,
