@@ -11,11 +11,6 @@ namespace {
 constexpr int kPolicyViolation = 1008;  // RFC 6455, 7.4.1
 constexpr int kTryAgainLater = 1013;    // IANA's registry of WebSocket close codes
 
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 // Alarms, devices and machines: a viewer that has missed one of their messages shows something wrong for long.
 bool IsKept(std::string_view channel) { return !channel.starts_with("POSITION") && !channel.starts_with("WIRE"); }
 
@@ -116,18 +111,13 @@ void FoxgloveApp::Execute(Viewer& viewer, const FoxgloveRequest& request) const 
   const auto report = [&viewer](const std::string& problem) {
     if (!problem.empty()) viewer.frames.Add(FoxgloveStatus(FoxgloveLevel::kWarning, problem, "request"));
   };
-  std::visit(Overloaded{[&](const FoxgloveSubscribe& subscribe) {
-                          for (const auto& one : subscribe.subscriptions)
-                            report(viewer.frames.Subscribe(one, feed_.Knows(one.channel)));
-                        },
-                        [&](const FoxgloveUnsubscribe& unsubscribe) {
-                          for (const std::uint32_t one : unsubscribe.subscriptions)
-                            report(viewer.frames.Unsubscribe(one));
-                        },
-                        [&](const FoxgloveUnsupported& other) {
-                          report("this server only shows messages: it does not support " + other.operation);
-                        }},
-             request);
+  if (const auto* const subscribe = std::get_if<FoxgloveSubscribe>(&request)) {
+    for (const auto& one : subscribe->subscriptions) report(viewer.frames.Subscribe(one, feed_.Knows(one.channel)));
+  } else if (const auto* const unsubscribe = std::get_if<FoxgloveUnsubscribe>(&request)) {
+    for (const std::uint32_t one : unsubscribe->subscriptions) report(viewer.frames.Unsubscribe(one));
+  } else if (const auto* const other = std::get_if<FoxgloveUnsupported>(&request)) {
+    report("this server only shows messages: it does not support " + other->operation);
+  }
 }
 
 WebFrame FoxgloveApp::NextFrame(WebConnection connection) {
