@@ -20,8 +20,8 @@ import types
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator
 from typing import Any, Self
 
-import axlecast
 from axlecast.lcm_url import DEFAULT, LcmUrl, interface_index, parse
+from axlecast.message_types import MessageTypes
 from axlecast.udpm import FRAGMENT, LONGEST_CHANNEL, SHORT, Assembler, Message
 
 _BUFFER = 32 << 20  # bytes
@@ -64,8 +64,7 @@ class Receiver(_Port):
         """
         super().__init__(url, prefix, _join)
         self._assembler = Assembler()
-        self._types: dict[bytes, type] = {}
-        self.register(axlecast)
+        self._types = MessageTypes()
 
     def fileno(self) -> int:
         """For `select`: readable if `messages(0)` may return something."""
@@ -109,21 +108,12 @@ class Receiver(_Port):
 
     def register(self, *definitions: type | types.ModuleType) -> None:
         """Makes types of `lcm-gen -p` known to `decode`: classes, or packages with all their types. Those of axlecast are known."""
-        for definition in definitions:
-            for known in vars(definition).values() if isinstance(definition, types.ModuleType) else (definition,):
-                if isinstance(known, type) and hasattr(known, "_get_packed_fingerprint"):
-                    self._types[known._get_packed_fingerprint()] = known  # pylint: disable=protected-access
+        self._types.register(*definitions)
 
     def decode(self, message: Message) -> Any:
         """Returns the message as an object of its type, for example axlecast.position_t; None if no known type has its fingerprint, or
         if it is damaged."""
-        known = self._types.get(message.data[:8])
-        if known is None:
-            return None
-        try:
-            return known.decode(message.data)
-        except (struct.error, ValueError, IndexError, OverflowError, MemoryError):
-            return None
+        return self._types.decode(message.data)
 
     # -- what was lost
 
