@@ -17,7 +17,8 @@ packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev 
 packages_process="libfaketime spin x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
   sqlite3 zstd openssl postgresql-15 mosquitto mosquitto-clients libnss-wrapper python3-pymodbus python3-serial python3-serial-asyncio python3-nacl
-  mbpoll tshark python3-can python3-jsonschema python3-yaml python3-pandas python3-prometheus-client chromium chromium-driver prometheus nftables
+  mbpoll tshark python3-can python3-jsonschema python3-yaml python3-pandas python3-matplotlib python3-zstandard python3-prometheus-client
+  chromium chromium-driver prometheus nftables
   $packages_vm"
 # What only tools/campaign starts: llvm-cov, and the picture of a soak.
 packages_campaign="llvm-14 gnuplot-nox"
