@@ -442,7 +442,7 @@ class Files(Logs):
         self.assertRaises(FileNotFoundError, Log, self.folder / "none.lcm")
         self.assertRaises(IsADirectoryError, Log, self.folder)
         os.mkfifo(self.folder / "fifo")
-        self.assertRaises(OSError, Log, self.folder / "fifo")
+        self.assertRaisesRegex(OSError, "is no regular file", Log, self.folder / "fifo")
         events, skipped = self.read(self.save(b"this is no log\n" * 100))
         self.assertEqual((events, skipped.places), ([], [Damage(0, 1_500)]))
         self.assertEqual(self.read(self.save(b""))[0], [])

@@ -158,8 +158,8 @@ class Log:
         return statements
 
     def verify(self) -> Verification:
-        """Reads the whole log and returns what its seals prove, what is damaged, and what is missing, as `axlecast log verify`. About 20 s
-        for 1 GB on a processor of 2020."""
+        """Reads the whole log and returns what its seals prove, what is damaged, and what is missing, as `axlecast log verify`. Takes
+        about a minute for 1 GB."""
         found = log_check.verify(LogReader(self._file))
         found.not_decompressed = sum(size for _, size in self._file.damage)
         found.truncated = self._file.truncated

@@ -63,12 +63,12 @@ def _found(path: pathlib.Path) -> pathlib.Path:
 
 
 def _open(path: pathlib.Path) -> BinaryIO:
-    file = open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb", buffering=0)  # a FIFO does not wait for a writer
-    kind = os.fstat(file.fileno()).st_mode
-    if stat.S_ISREG(kind):
+    # Without O_NONBLOCK, a FIFO would wait for a writer.
+    file = open(path, "rb", buffering=0, opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK))
+    if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         return file
     file.close()
-    raise OSError(errno.EISDIR if stat.S_ISDIR(kind) else errno.EINVAL, "is no file", str(path))
+    raise OSError(errno.EINVAL, "is no regular file", str(path))
 
 
 class Windows:
