@@ -11,6 +11,7 @@ from typing import BinaryIO
 from axlecast import compressed_log
 
 WINDOW = 1 << 20  # bytes that are read at once
+_GLANCE = 4 << 10  # bytes that are read at another place
 
 
 class LogFile:
@@ -81,13 +82,15 @@ class Windows:
 
     def at(self, offset: int, size: int) -> tuple[bytes, int]:
         """Returns a piece with at least `size` bytes from `offset` on, which must be in the file, and the offset of its first byte."""
-        if not self._has(offset, size):
+        if not self._begin <= offset <= self._begin + len(self._bytes) - size:
             self._begin, self._before_begin = self._before_begin, self._begin
             self._bytes, self._before = self._before, self._bytes
-            if not self._has(offset, size):
-                self._begin = offset
-                self._bytes = self._file.read(offset, min(max(size, WINDOW), self._file.size - offset))
+            if not self._begin <= offset <= self._begin + len(self._bytes) - size:
+                self._load(offset, size)
         return self._bytes, self._begin
 
-    def _has(self, offset: int, size: int) -> bool:
-        return self._begin <= offset and offset + size <= self._begin + len(self._bytes)
+    def _load(self, offset: int, size: int) -> None:
+        """Reads much only where reading continues: a damaged length leads anywhere."""
+        continues = self._before_begin <= offset <= self._before_begin + len(self._before)
+        self._begin = offset
+        self._bytes = self._file.read(offset, min(max(size, WINDOW if continues else _GLANCE), self._file.size - offset))
