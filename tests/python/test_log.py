@@ -219,6 +219,23 @@ class OfStockTools(Logs):
             self.assertIs(type(message), getattr(axlecast, name))
         self.compare(MESSAGES)
 
+    def test_messages_that_are_missing_by_their_numbers(self):
+        chance = random.Random(14)
+        position = axlecast.position_t()
+        lost = 0
+        for publishers in (1, 3, 70):  # more than are remembered
+            boots = [chance.randrange(-2**63, 2**63) for _ in range(publishers)]
+            newest = dict.fromkeys(boots, 0)
+            records = []
+            for number in range(1_500):
+                position.boot_id = chance.choice(boots)
+                step = chance.choice((1, 1, 2, 5, -1, -chance.randrange(300), 0, 2**54 if number % 500 == 0 else 1))
+                position.seq = newest[position.boot_id] + step
+                newest[position.boot_id] = max(newest[position.boot_id], position.seq if step < 100 else 0)
+                records.append(lcm_log.record(START + number, f"POSITION/axis{number % 2}", position.encode(), number))
+            lost += sum(self.compare(self.save(records)).lost.values())
+        self.assertGreater(lost, 500)
+
     def test_numbers_that_restart_and_times_that_run_back(self):
         found = self.compare(self.save(numbered(50, start=START + 10_000_000) + numbered(50)))
         self.assertEqual((found.new_beginnings, found.backward, found.whole), (1, 1, True))
@@ -414,15 +431,22 @@ class Selected(Logs):
             self.assertRaises(re.error, log.events, None, "a(b")
 
     def test_times_in_a_large_log(self):
-        log = numbered(60_000, size=100)
-        for number in range(1, len(log), 3):  # damaged times, early and late by a day
-            log[number] = lcm_log.record(START + (-1) ** number * 86_400_000_000, "TEST", bytes(100), number)
-        log[29_990] = bytes(len(log[0]))
-        path = self.save(log)
-        for begin, end in ((0, 3), (29.9, 30.2), (44.99, 45.01), (59.9, 70), (70, 80), (12.5, 12.6)):
-            expected = self.cat(path, "--from", f"{begin}", "--until", f"{end}")
-            events, _ = self.read(path, from_utime=START + int(begin * 1e6), until_utime=START + int(end * 1e6))
-            self.assertEqual(events, expected, (begin, end))
+        chance = random.Random(13)
+        for damaged in range(3):  # each third time, early or late by a day
+            times = [START + 1_000 * number for number in range(60_000)]
+            for number in range(3 + damaged, len(times), 3):
+                times[number] += chance.choice((86_400_000_000, -86_400_000_000))
+            path = self.save(lcm_log.record(utime, "TEST", bytes(100), number) for number, utime in enumerate(times))
+            begin, end = START + 29_900_000, START + 30_200_000
+            expected = self.cat(path, "--from", "29.9", "--until", "30.2")
+            self.assertEqual(self.read(path, from_utime=begin, until_utime=end)[0], expected)
+            self.assertGreater(len(expected), 150)
+            with Log(path) as log:
+                for _ in range(20):
+                    begin = START + chance.randrange(60_000_000)
+                    end = begin + chance.randrange(1_000_000)
+                    self.assertEqual([event.number for event in log.events(from_utime=begin, until_utime=end)],
+                                     [number for number, utime in enumerate(times) if begin <= utime < end], (begin, end))
 
     def test_a_place_is_found_without_reading_the_log(self):
         path = self.save(numbered(60_000, size=100))
