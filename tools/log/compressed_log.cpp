@@ -43,6 +43,8 @@ struct FreeDecoder {
   void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
+constexpr std::size_t kFrameStart = 5;  // bytes: the magic, and the byte that states the size of the header
+
 class Decoder {
  public:
   using Take = std::function<bool(Bytes piece, std::size_t position)>;
@@ -54,11 +56,14 @@ class Decoder {
     if (context_ == nullptr) context_.reset(ZSTD_createDCtx());
     if (context_ == nullptr) return std::nullopt;
     ZSTD_DCtx_reset(context_.get(), ZSTD_reset_session_only);
-    ZSTD_inBuffer in{file_.data(), file_.size(), begin};
+    ZSTD_inBuffer in{file_.data(), begin, begin};
+    std::size_t left = kFrameStart;
     while (!stopped_) {
       ZSTD_outBuffer out{content_.data(), content_.size(), 0};
       const std::size_t before = in.pos;
-      const std::size_t left = ZSTD_decompressStream(context_.get(), &out, &in);
+      // No more than the decoder asks for, which is up to the end of a block: with an error, it withholds all that one call has decoded.
+      in.size = std::min(file_.size(), std::max(in.size, in.pos + left));
+      left = ZSTD_decompressStream(context_.get(), &out, &in);
       if (out.pos > 0) stopped_ = !take_(Bytes(content_.data(), out.pos), in.pos);
       if (ZSTD_isError(left) != 0) return std::nullopt;
       if (left == 0) return in.pos;

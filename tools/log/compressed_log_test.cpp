@@ -149,6 +149,16 @@ TEST(CompressedLog, TheFramesAroundDamageAreRead) {
   }
 }
 
+TEST(CompressedLog, AFrameWithAWrongChecksumIsReadToItsEnd) {
+  std::vector<std::size_t> offsets;
+  const Content content = Sample(900'000);
+  Content file = Compressed(content, 300'000, &offsets);
+  file[offsets[1] - 1] ^= 1;
+  const Read read = ReadAll(file);
+  EXPECT_EQ(read.content, content);
+  EXPECT_THAT(read.damage, ElementsAre(CompressedDamage{0, offsets[1]}));
+}
+
 TEST(CompressedLog, BytesBetweenFramesAreDamage) {
   const Content first = Compressed(Sample(1'000), 1'000);
   Content file = first;

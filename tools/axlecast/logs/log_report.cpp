@@ -20,6 +20,8 @@ std::int64_t Since(std::int64_t before, std::int64_t utime) {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::string_view kRecorderHealth = "recorder_health_t";
+
 double Seconds(std::int64_t us) { return static_cast<double>(us) / 1e6; }
 
 // Returns the value of "machine:" in the machine's file, or an empty string.
@@ -139,12 +141,12 @@ void LogSummary::Add(const LogEvent& event) {
   const std::optional<MessageHead> head = HeadOf(event.data);
   if (!head) return;
   channel.sequence.On(head->boot_id, head->seq);
-  if (!channel.type.empty() && !event.channel.starts_with("RECORDER/")) return;
+  if (!channel.type.empty() && channel.type != kRecorderHealth) return;
   std::string type;
   const auto json = DecodeToJson(event.data, &type);
   if (!json) return;
   channel.type = type;
-  if (type == "recorder_health_t") recorders.insert_or_assign(std::string(event.channel), *json);
+  if (type == kRecorderHealth) recorders.insert_or_assign(std::string(event.channel), *json);
 }
 
 std::int64_t LogSummary::Lost() const {

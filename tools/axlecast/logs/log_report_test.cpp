@@ -85,6 +85,17 @@ TEST(LogSummary, ShowsTheHeadOfTheLogAndWhatTheRecorderLost) {
   EXPECT_EQ(json.at("damage").dump(), R"([{"offset":10,"bytes":5}])");
 }
 
+TEST(LogSummary, HasTheNewestStatementOfARecorderAlsoWithAPrefix) {
+  LogSummary summary;
+  recorder_health_t health{};
+  for (const std::int64_t lost : {0, 10}) {
+    health.messages += 50;
+    health.lost = lost;
+    summary.Add({.utime = kStart, .channel = "press3.RECORDER/run", .data = Encoded(health)});
+  }
+  EXPECT_THAT(SummaryText("f", 1'000, summary, {}), HasSubstr("press3.RECORDER/run: lost 10 of 100 messages"));
+}
+
 TEST(LogSummary, StandsAnyTimes) {
   LogSummary summary;
   for (const std::int64_t utime : {INT64_MAX, INT64_MIN, std::int64_t{0}}) {
