@@ -21,7 +21,7 @@ endfunction()
 # The test_*.py of this folder: real processes, each case in a network of its own and as one entry of ctest, so that a
 # failure names itself. CAMPAIGN: suites that only `ctest -C campaign` runs. They find tests/e2e/machine.py and its neighbours by PYTHONPATH.
 function(axlecast_process_tests prefix)
-  cmake_parse_arguments(ARG "" "" "PROPERTIES;CAMPAIGN" ${ARGN})
+  cmake_parse_arguments(PARSE_ARGV 1 ARG "" "" "PROPERTIES;CAMPAIGN")  # unlike ARGN, it keeps a list that is one value
   set(shared ${CMAKE_SOURCE_DIR}/tests/e2e)
   file(GLOB suites CONFIGURE_DEPENDS test_*.py)
   foreach(suite ${suites})
