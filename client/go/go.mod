@@ -1,0 +1,3 @@
+module axlecast
+
+go 1.19
