@@ -83,6 +83,8 @@ def read(paths: list[pathlib.Path]) -> dict[str, Struct]:
         for member in struct.members:
             if not member.is_primitive and member.kind not in structs:
                 raise DefinitionError(f"{struct.name}.{member.name}: the type {member.kind} is not among the files")
+    for name in structs:
+        least_size(structs, name)  # refuses one that contains itself without end
     return structs
 
 
