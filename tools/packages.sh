@@ -12,7 +12,7 @@ packages_run="iproute2 util-linux"
 # installed; nor is chrony, which tests/chrony/chrony_package.py fetches.
 packages_vm="qemu-system-x86 busybox-static cpio kmod can-utils"
 # What the tests are compiled with.
-packages_test="clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev python3-clang-14 libfuse3-dev procps git"
+packages_test="golang-go clang-14 lld-14 clang-tidy-14 clang-format-14 libclang-rt-14-dev python3-clang-14 libfuse3-dev procps git"
 # What they start.
 packages_process="libfaketime spin x11-utils build-essential dpkg-dev debhelper dh-python lintian debootstrap mandoc man-db
   bash-completion systemd xvfb xauth imagemagick default-jre libxtst6 libxrender1 fonts-dejavu-core
