@@ -66,6 +66,26 @@ class Consumer(unittest.TestCase):
             for foreign in ("yaml-cpp", "libmodbus", "libgpiod"):
                 self.assertNotIn(foreign, needed, program)
 
+    def test_examples_that_need_no_library_of_ours(self):
+        """The commands of docs/consumers.md, in C and in Go."""
+        types = self.folder / "types"
+        types.mkdir()
+        out("lcm-gen", "-c", "--c-cpath", types, "--c-hpath", types, self.usr / "share/axlecast/lcmtypes/position_t.lcm")
+        out("gcc", "-std=c11", f"-I{types}", self.examples / "print_position.c", types / "axlecast_position_t.c", "-llcm", "-o",
+            self.folder / "print_position_c")
+        monitor = self.folder / "monitor"
+        monitor.mkdir()
+        offline = dict(os.environ, GOPROXY="off", GOENV="off", CGO_ENABLED="0", GOCACHE=str(self.folder / "cache"), GOPATH=str(self.folder / "path"))
+        out("go", "mod", "init", "monitor", cwd=monitor, env=offline)
+        out("go", "mod", "edit", "-require=axlecast@v0.0.0", f"-replace=axlecast={self.usr}/share/axlecast/go", cwd=monitor, env=offline)
+        (monitor / "main.go").write_text('package main\n\nimport "axlecast"\n\nfunc main() {\n\tprintln(new(axlecast.Position).TypeName())\n}\n')
+        out("go", "build", ".", cwd=monitor, env=offline)
+        self.assertEqual(subprocess.run([monitor / "monitor"], stderr=subprocess.PIPE, text=True, check=True).stderr, "position_t\n")
+        out("go", "build", "-o", self.folder, "axlecast/cmd/print_position", cwd=monitor, env=offline)
+        for program in ("print_position_c", "print_position"):
+            self.assertNotEqual(subprocess.run([self.folder / program, "udpm://no.group"], capture_output=True).returncode, 0)
+        self.assertEqual(list(self.usr.glob("share/axlecast/go/**/*_test.go")), [])
+
     def test_python_types_need_no_binding_of_lcm(self):
         script = ("import axlecast\n"
                   "from axlecast.receiver import Receiver\n"
