@@ -61,7 +61,7 @@ class Decoder {
     while (!stopped_) {
       ZSTD_outBuffer out{content_.data(), content_.size(), 0};
       const std::size_t before = in.pos;
-      // No more than the decoder asks for, which is up to the end of a block: with an error, it withholds all that one call has decoded.
+      // No more than the decoder asks for, which is up to the end of a block: with an error, it withholds everything that the call has decoded.
       in.size = std::min(file_.size(), std::max(in.size, in.pos + left));
       left = ZSTD_decompressStream(context_.get(), &out, &in);
       if (out.pos > 0) stopped_ = !take_(Bytes(content_.data(), out.pos), in.pos);
