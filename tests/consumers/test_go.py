@@ -21,7 +21,7 @@ from axlecast.udpm import Assembler  # noqa: E402 pylint: disable=wrong-import-p
 
 SOURCE = pathlib.Path(os.environ["AXLECAST_SOURCE"])
 GO_MODULE = pathlib.Path(os.environ["AXLECAST_GO_MODULE"])
-MESSAGES = 10_000  # of each type
+MESSAGES = min(int(os.environ.get("AXLECAST_CASES", "1000")), 10_000)  # of each type
 REPLACEMENT = "\ufffd".encode()  # of what is no UTF-8: Python replaces it, Go keeps it
 
 
