@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""rates.py [--seconds S] [--pairs N]: one machine of 10 axes at 250 Hz is recorded for S seconds while it is shipped, then its logs are shipped
-again into an empty database, beside a bare COPY of the same samples as rows, and once more while ten drivers run, beside drivers without it.
+"""rates.py [--seconds S] [--backlog B] [--pairs N]: one machine of 10 axes at 250 Hz is recorded for S seconds while it is shipped, then at 1 kHz
+for B seconds without a shipper. Its logs are shipped again into an empty database, beside a bare COPY of the same samples as rows, and once more
+while ten drivers run, beside drivers without it.
 Prints CPU time of the shipper, how far behind it was, bytes a sample, the speed of backfill, its ratio to the bare COPY, and the rates of the
 drivers. Exits 1 only if samples are missing.
 
@@ -19,6 +20,7 @@ import time
 
 from chaos import BIN, CAMPAIGN, FIRST_PORT, Machine, simulated_buses
 from cluster import Cluster
+from machine import wait_for
 from process_cost import cpu_seconds  # bench
 
 AXES, RATE = 10, 250
@@ -38,19 +40,40 @@ class Rates:
     def live(self):
         """Records and ships at once. Returns the number of samples that were sent."""
         self.init("axlecast")
-        self.machine.start("record")
-        while "start" not in (self.machine.folder / "record.log").read_text():
-            time.sleep(0.1)
+        self.start_recorder()
         self.machine.start("ship")
-        done = subprocess.run([CAMPAIGN / "fleet_machines", "1", str(AXES), str(RATE), str(self.options.seconds), str(FIRST_PORT), "m"],
-                              stdout=subprocess.PIPE, text=True, check=True)
+        sent = self.send(RATE, self.options.seconds)
         cpu = cpu_seconds(self.machine.processes["ship"].pid)
         behind = float(self.server.value("SELECT extract(epoch FROM lag) FROM axlecast.fleet_status"))
-        sent = sum(axis["positions"] for axis in json.loads(done.stdout)["machines"][0]["axes"].values())
         print(f"shipper, live at {AXES * RATE} samples/s: {100 * cpu / self.options.seconds:.2f} % of a core (target 3), "
               f"{behind:.1f} s behind at the end (target 2)")
         self.machine.stop("record")
+        wait_for(lambda: self.stored("axlecast") == sent, lambda: f"{sent} samples, not {self.stored('axlecast')}")
         self.machine.stop("ship")
+        return sent
+
+    def stored(self, database):
+        return int(self.server.value("SELECT coalesce(sum(n), 0) FROM axlecast.position_chunk", database=database))
+
+    def start_recorder(self):
+        log = self.machine.folder / "record.log"
+        before = log.read_text().count('"start"') if log.exists() else 0
+        self.machine.start("record")
+        while log.read_text().count('"start"') == before:
+            time.sleep(0.1)
+
+    @staticmethod
+    def send(rate, seconds):
+        """Sends positions of each axis at that rate. Returns their number."""
+        done = subprocess.run([CAMPAIGN / "fleet_machines", "1", str(AXES), str(rate), str(seconds), str(FIRST_PORT), "m"],
+                              stdout=subprocess.PIPE, text=True, check=True)
+        return sum(axis["positions"] for axis in json.loads(done.stdout)["machines"][0]["axes"].values())
+
+    def backlog(self):
+        """Records without a shipper, at four times the rate. Returns the number of samples that were sent."""
+        self.start_recorder()
+        sent = self.send(4 * RATE, self.options.backlog)
+        self.machine.stop("record")
         return sent
 
     def ship(self, name):
@@ -100,12 +123,13 @@ class Rates:
 
     def measure(self):
         sent = self.live()
+        backlog = self.backlog()
         self.ship("backfill")
-        stored = int(self.server.value("SELECT sum(n) FROM axlecast.position_chunk", database="backfill"))
+        stored = self.stored("backfill")
         size = int(self.server.value("SELECT sum(pg_total_relation_size(inhrelid)) FROM pg_inherits WHERE inhparent IN "
                                      "('axlecast.position_chunk'::regclass, 'axlecast.position_second'::regclass)"))
         bodies = int(self.server.value("SELECT sum(length(body)) FROM axlecast.position_chunk"))
-        live = int(self.server.value("SELECT sum(n) FROM axlecast.position_chunk"))
+        live = self.stored("axlecast")
         print(f"bytes a sample, shipped live: {size / live:.2f} with heads, roll-up of 1 s and indexes (target 5), of which bodies {bodies / live:.2f}")
         # The same samples as rows, without any index.
         rows = pathlib.Path(self.server.folder) / "rows"
@@ -120,18 +144,19 @@ class Rates:
             for step in steps if pair % 2 == 0 else reversed(steps):
                 step()
             ratios.append(bare[-1] / times[-1])
-        print(f"backfill: {stored / statistics.median(times):,.0f} samples/s, {self.options.seconds / statistics.median(times):.0f} x live (target 10)")
+        print(f"backfill: {stored / statistics.median(times):,.0f} samples/s, {stored / AXES / RATE / statistics.median(times):.0f} x live (target 10)")
         print(f"backfill beside a bare COPY of the same samples as rows: {statistics.median(ratios):.2f} ({min(ratios):.2f}..{max(ratios):.2f}) "
               "(target 0.8)")
         self.drivers()
-        print(f"{sent} samples sent, {stored} in the database")
-        return 0 if sent == stored == live else 1
+        print(f"{sent} samples sent while they were shipped, {live} in the database; {sent + backlog} in all, {stored} in the database of the backfill")
+        return 0 if sent == live and sent + backlog == stored else 1
 
 
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--seconds", type=int, default=300)
-    parser.add_argument("--pairs", type=int, default=5)
+    parser.add_argument("--backlog", type=int, default=120, help="more seconds, at four times the rate, for the backfill")
+    parser.add_argument("--pairs", type=int, default=11)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="axlecast-rates-") as folder, Cluster(fsync="on", shared_buffers="256MB") as server:
         rates = Rates(server, pathlib.Path(folder), options)
