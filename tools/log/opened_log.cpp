@@ -80,6 +80,8 @@ void OpenedLog::Decompress(const Progress& progress, const std::string& folder) 
       if (progress) progress(position, file_.bytes().size());
       return error == 0;
     });
+    // The end of a frame is no content, so that it reports nothing.
+    if (progress && error == 0) progress(file_.bytes().size(), file_.bytes().size());
   }
   if (error != 0) {
     const auto summary = FindSummary(file_.bytes());
