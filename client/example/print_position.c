@@ -58,7 +58,7 @@ static void count_lost(consumer_t* consumer, const char* channel, const axlecast
 
 static void on_position(const lcm_recv_buf_t* buffer, const char* channel, const axlecast_position_t* position,
                         void* user) {
-  consumer_t* consumer = user;
+  consumer_t* consumer = (consumer_t*)user;
   const size_t skipped = strlen(consumer->prefix);
   if (strncmp(channel, consumer->prefix, skipped) != 0 || strncmp(channel + skipped, "POSITION/", 9) != 0) return;
   count_lost(consumer, channel, position);

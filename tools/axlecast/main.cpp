@@ -31,8 +31,7 @@ int RunCommandLine(int argc, char** argv) {
              &AddRecordCommand, &AddReplayCommand, &AddMqttCommand, &AddShipCommand, &AddFleetCommand,
              &AddLogCommand, &AddRedecodeCommand,
 #if AXLECAST_WEB
-             &AddWebCommand,
-             &AddFoxgloveCommand,
+             &AddWebCommand, &AddFoxgloveCommand,
 #endif
              &AddScanCommand, &AddCheckConfigCommand, &AddDoctorCommand, &AddKeygenCommand, &AddSimulateCommand,
              &AddDriverCommand, &AddSpyCommand, &AddShellCommand, &AddDecodeCommand, &AddSsiPlanCommand

@@ -112,9 +112,10 @@ void FoxgloveApp::Execute(Viewer& viewer, const FoxgloveRequest& request) const 
     if (!problem.empty()) viewer.frames.Add(FoxgloveStatus(FoxgloveLevel::kWarning, problem, "request"));
   };
   if (const auto* const subscribe = std::get_if<FoxgloveSubscribe>(&request)) {
-    for (const auto& one : subscribe->subscriptions) report(viewer.frames.Subscribe(one, feed_.Knows(one.channel)));
+    for (const auto& one : subscribe->subscriptions)
+      report(ErrorText(viewer.frames.Subscribe(one, feed_.Knows(one.channel))));
   } else if (const auto* const unsubscribe = std::get_if<FoxgloveUnsubscribe>(&request)) {
-    for (const std::uint32_t one : unsubscribe->subscriptions) report(viewer.frames.Unsubscribe(one));
+    for (const std::uint32_t one : unsubscribe->subscriptions) report(ErrorText(viewer.frames.Unsubscribe(one)));
   } else if (const auto* const other = std::get_if<FoxgloveUnsupported>(&request)) {
     report("this server only shows messages: it does not support " + other->operation);
   }

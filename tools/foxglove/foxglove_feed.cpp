@@ -27,15 +27,16 @@ FoxgloveFeed::News FoxgloveFeed::On(const std::string& name, Bytes message) {
     return news;
   }
   if (found == channels_.end() && channels_.size() >= kMaxChannels) {
-    news.problem = AddProblem("more than 4096 channels: the others are not shown");
+    Report("more than 4096 channels: the others are not shown", news);
     return news;
   }
   Channel& channel = channels_[name];
   news.unadvertise = channel.channel.id;
   channel = {.fingerprint = *fingerprint, .channel = {}, .schema = SchemaOf(*fingerprint)};
   if (channel.schema == nullptr) {
-    news.problem = AddProblem("the type of the messages of " + Quoted(MendedUtf8(name)) +
-                              " is not known: give its .lcm file with --types");
+    Report("the type of the messages of " + Quoted(MendedUtf8(name)) +
+               " is not known: give its .lcm file with --types",
+           news);
     return news;
   }
   channel.channel = {.id = ++last_id_,
@@ -56,11 +57,11 @@ const RosSchema* FoxgloveFeed::SchemaOf(std::int64_t fingerprint) {
   return schema.get();
 }
 
-// Returns the problem if it is new.
-std::string FoxgloveFeed::AddProblem(const std::string& problem) {
-  if (problems_.size() >= kMaxProblems || std::ranges::find(problems_, problem) != problems_.end()) return "";
+// A problem that is not new is no news.
+void FoxgloveFeed::Report(const std::string& problem, News& news) {
+  if (problems_.size() >= kMaxProblems || std::ranges::find(problems_, problem) != problems_.end()) return;
   problems_.push_back(problem);
-  return problem;
+  news.problem = problem;
 }
 
 std::vector<const FoxgloveChannel*> FoxgloveFeed::Channels() const {

@@ -47,7 +47,7 @@ class FoxgloveFeed {
   };
 
   [[nodiscard]] const RosSchema* SchemaOf(std::int64_t fingerprint);
-  [[nodiscard]] std::string AddProblem(const std::string& problem);
+  void Report(const std::string& problem, News& news);
 
   const LcmDefinitions& definitions_;
   std::map<std::string, Channel> channels_;

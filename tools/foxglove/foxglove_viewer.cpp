@@ -15,27 +15,24 @@ void FoxgloveViewer::Add(std::string text) {
   texts_.push_back(std::move(text));
 }
 
-std::string FoxgloveViewer::Subscribe(FoxgloveSubscribe::One subscription, bool known) {
-  const std::string id = std::to_string(subscription.subscription);
-  if (!known)
-    return "channel " + std::to_string(subscription.channel) + " is not advertised: subscription " + id +
-           " is ignored";
-  if (channels_.contains(subscription.subscription)) return "subscription " + id + " exists already: it is ignored";
-  if (channels_.size() >= kMaxSubscriptions)
-    return "more than 10000 subscriptions: subscription " + id + " is ignored";
+Result<> FoxgloveViewer::Subscribe(FoxgloveSubscribe::One subscription, bool known) {
+  const std::string ignored = ": subscription " + std::to_string(subscription.subscription) + " is ignored";
+  if (!known) return Failure("channel " + std::to_string(subscription.channel) + " is not advertised" + ignored);
+  if (channels_.contains(subscription.subscription)) return Failure("its number is in use" + ignored);
+  if (channels_.size() >= kMaxSubscriptions) return Failure("more than 10000 subscriptions" + ignored);
   channels_[subscription.subscription] = subscription.channel;
   subscriptions_[subscription.channel].push_back(subscription.subscription);
-  return "";
+  return {};
 }
 
-std::string FoxgloveViewer::Unsubscribe(std::uint32_t subscription) {
+Result<> FoxgloveViewer::Unsubscribe(std::uint32_t subscription) {
   const auto found = channels_.find(subscription);
-  if (found == channels_.end()) return "there is no subscription " + std::to_string(subscription);
+  if (found == channels_.end()) return Failure("there is no subscription " + std::to_string(subscription));
   const auto channel = subscriptions_.find(found->second);
   std::erase(channel->second, subscription);
   if (channel->second.empty()) subscriptions_.erase(channel);
   channels_.erase(found);
-  return "";
+  return {};
 }
 
 void FoxgloveViewer::Forget(std::uint32_t channel) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/time.h"
 #include "tools/foxglove/foxglove_frames.h"
 
@@ -32,10 +33,10 @@ class FoxgloveViewer {
   // Adds a frame of text: it is sent before the messages that wait, and never dropped.
   void Add(std::string text);
 
-  // Subscribes. Returns the problem as a sentence; empty if it succeeded. `known`: the channel is advertised.
-  [[nodiscard]] std::string Subscribe(FoxgloveSubscribe::One subscription, bool known);
-  // Returns the problem as a sentence; empty if it succeeded.
-  [[nodiscard]] std::string Unsubscribe(std::uint32_t subscription);
+  // Subscribes, unless the number is in use. `known`: the channel is advertised.
+  [[nodiscard]] Result<> Subscribe(FoxgloveSubscribe::One subscription, bool known);
+  // Fails if there is no such subscription.
+  [[nodiscard]] Result<> Unsubscribe(std::uint32_t subscription);
   // Ends the subscriptions of a channel that is not advertised any more.
   void Forget(std::uint32_t channel);
   [[nodiscard]] bool IsSubscribed(std::uint32_t channel) const { return subscriptions_.contains(channel); }

@@ -32,33 +32,33 @@ class FoxgloveViewerTest : public ::testing::Test {
 };
 
 TEST_F(FoxgloveViewerTest, AMessageGoesToEachSubscriptionOfItsChannel) {
-  EXPECT_EQ(viewer_.Subscribe({.subscription = 5, .channel = 1}, true), "");
-  EXPECT_EQ(viewer_.Subscribe({.subscription = 6, .channel = 1}, true), "");
+  EXPECT_TRUE(viewer_.Subscribe({.subscription = 5, .channel = 1}, true));
+  EXPECT_TRUE(viewer_.Subscribe({.subscription = 6, .channel = 1}, true));
   Message(1, "a");
   Message(2, "b");
   viewer_.Add("text");
   EXPECT_THAT(Frames(), ElementsAre("text", "5 a", "6 a"));
-  EXPECT_EQ(viewer_.Unsubscribe(5), "");
+  EXPECT_TRUE(viewer_.Unsubscribe(5));
   Message(1, "c");
   EXPECT_THAT(Frames(), ElementsAre("6 c"));
   viewer_.Forget(1);
   EXPECT_FALSE(viewer_.IsSubscribed(1));
-  EXPECT_EQ(viewer_.Unsubscribe(6), "there is no subscription 6");
+  EXPECT_EQ(ErrorText(viewer_.Unsubscribe(6)), "there is no subscription 6");
 }
 
 TEST_F(FoxgloveViewerTest, SubscriptionsThatAreNotPossibleAreReported) {
-  EXPECT_THAT(viewer_.Subscribe({.subscription = 5, .channel = 1}, false),
+  EXPECT_THAT(ErrorText(viewer_.Subscribe({.subscription = 5, .channel = 1}, false)),
               HasSubstr("channel 1 is not advertised"));
-  EXPECT_EQ(viewer_.Subscribe({.subscription = 5, .channel = 2}, true), "");
-  EXPECT_THAT(viewer_.Subscribe({.subscription = 5, .channel = 3}, true), HasSubstr("exists already"));
+  EXPECT_TRUE(viewer_.Subscribe({.subscription = 5, .channel = 2}, true));
+  EXPECT_THAT(ErrorText(viewer_.Subscribe({.subscription = 5, .channel = 3}, true)), HasSubstr("in use"));
   for (std::uint32_t i = 1; i < FoxgloveViewer::kMaxSubscriptions; ++i)
-    EXPECT_EQ(viewer_.Subscribe({.subscription = 5 + i, .channel = 2}, true), "");
-  EXPECT_THAT(viewer_.Subscribe({.subscription = 1, .channel = 2}, true), HasSubstr("more than 10000"));
+    EXPECT_TRUE(viewer_.Subscribe({.subscription = 5 + i, .channel = 2}, true));
+  EXPECT_THAT(ErrorText(viewer_.Subscribe({.subscription = 1, .channel = 2}, true)), HasSubstr("more than 10000"));
 }
 
 TEST_F(FoxgloveViewerTest, ASlowViewerLosesTheOldestMessagesAndNoAlarms) {
-  ASSERT_EQ(viewer_.Subscribe({.subscription = 1, .channel = 1}, true), "");
-  ASSERT_EQ(viewer_.Subscribe({.subscription = 2, .channel = 2}, true), "");
+  ASSERT_TRUE(viewer_.Subscribe({.subscription = 1, .channel = 1}, true));
+  ASSERT_TRUE(viewer_.Subscribe({.subscription = 2, .channel = 2}, true));
   Message(2, "alarm", true);
   for (int i = 0; i < 10; ++i) Message(1, std::string(1 << 20, static_cast<char>('0' + i)));
   EXPECT_EQ(viewer_.dropped(), 3);
@@ -71,13 +71,13 @@ TEST_F(FoxgloveViewerTest, ASlowViewerLosesTheOldestMessagesAndNoAlarms) {
 }
 
 TEST_F(FoxgloveViewerTest, AlarmsAreDroppedOnlyWithoutOtherMessages) {
-  ASSERT_EQ(viewer_.Subscribe({.subscription = 1, .channel = 1}, true), "");
+  ASSERT_TRUE(viewer_.Subscribe({.subscription = 1, .channel = 1}, true));
   for (int i = 0; i < 10; ++i) Message(1, std::string(1 << 20, static_cast<char>('0' + i)), true);
   EXPECT_EQ(viewer_.dropped(), 3);
 }
 
 TEST_F(FoxgloveViewerTest, WhatWasDroppedIsReportedOnceASecond) {
-  ASSERT_EQ(viewer_.Subscribe({.subscription = 1, .channel = 1}, true), "");
+  ASSERT_TRUE(viewer_.Subscribe({.subscription = 1, .channel = 1}, true));
   const std::string large(FoxgloveViewer::kMaxWaiting, 'x');
   Message(1, large);
   EXPECT_THAT(Frames(kSecond), ElementsAre(HasSubstr("\"1 messages were dropped")));
