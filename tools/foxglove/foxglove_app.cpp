@@ -125,7 +125,7 @@ WebFrame FoxgloveApp::NextFrame(WebConnection connection) {
   const auto found = viewers_.find(connection);
   if (found == viewers_.end()) return {};
   Viewer& viewer = found->second;
-  if (viewer.too_many) return {.close = kPolicyViolation, .reason = "more than 200 requests in a second"};
+  if (viewer.too_many) return {.close = kPolicyViolation, .reason = "more than 10000 requests in a second"};
   if (viewer.frames.is_stuck()) return {.close = kTryAgainLater, .reason = "this viewer reads nothing"};
   std::optional<FoxgloveFrame> frame = viewer.frames.Next(parts_.clock->Now());
   if (!frame) return {};

@@ -32,7 +32,8 @@ struct FoxgloveParts {
 // Serves viewers of the Foxglove protocol. They receive only: no request reaches a device.
 class FoxgloveApp final : public WebServices {
  public:
-  static constexpr int kMaxRequests = 200;  // of one viewer, in a second
+  static constexpr int kMaxRequests =
+      10'000;  // of one viewer, in a second: it subscribes to each channel by a request
   static constexpr std::size_t kLongestRequest = 1U << 20;
   [[nodiscard]] static std::vector<std::string> Subprotocols() {
     return {"foxglove.sdk.v1", "foxglove.websocket.v1"};

@@ -23,9 +23,12 @@ const byTopic = new Map();
 const bySubscription = new Map();
 const seen = { serverInfo: undefined, status: [], unadvertised: [], topics };
 
+let ended = false;
 function end(code) {
-  console.log(JSON.stringify({ ...seen, protocol: socket.protocol }, plain));
-  process.exit(code);
+  if (ended) return;
+  ended = true;
+  // A pipe takes 64 kB at once: the process must not end before the rest is written.
+  process.stdout.write(`${JSON.stringify({ ...seen, protocol: socket.protocol }, plain)}\n`, () => process.exit(code));
 }
 
 client.on("serverInfo", (info) => (seen.serverInfo = info));
