@@ -38,12 +38,9 @@ def ns(text):
     return int((Decimal(text) * MS).to_integral_value())
 
 
-def us_as_ns(text):
-    return int((Decimal(text) * US).to_integral_value())
-
-
-def ms_as_us(text):
-    return int((Decimal(text) * US).to_integral_value())
+def thousandfold(text):
+    """us as ns, or ms as us."""
+    return int((Decimal(text) * 1_000).to_integral_value())
 
 
 def flags_of(text):
@@ -53,15 +50,15 @@ def flags_of(text):
 # What a key of the table means in a line of the script.
 CASE_KEYS = {"max_age": ("max_age_ns", ns), "max_extrapolation": ("max_extrapolation_ns", ns), "max_gap": ("max_gap_ns", ns),
              "machine": ("machine_id", int), "time": ("time", lambda text: int(text == "yes")),
-             "max_half_width": ("max_time_half_width_ns", us_as_ns),
+             "max_half_width": ("max_time_half_width_ns", thousandfold),
              "instant": ("instant", lambda text: list(InstantOf).index(InstantOf[text.upper()]))}
 MESSAGE_KEYS = {"boot": ("boot_id", int), "machine": ("machine_id", int), "clock": ("clock_id", int), "seq": ("seq", int),
-                "got": ("received_ns", ns), "uncertainty": ("time_uncertainty_ns", us_as_ns), "missed": ("missed", int),
+                "got": ("received_ns", ns), "uncertainty": ("time_uncertainty_ns", thousandfold), "missed": ("missed", int),
                 "speed": ("speed_rad_s", float), "epoch": ("datum_epoch", int), "flags": ("flags", flags_of),
-                "poll": ("poll_us", ms_as_us), "publish": ("publish_us", ms_as_us), "max_age": ("max_age_us", ms_as_us),
+                "poll": ("poll_us", thousandfold), "publish": ("publish_us", thousandfold), "max_age": ("max_age_us", thousandfold),
                 "cpt": ("counts_per_turn", int), "num": ("ratio_num", int), "den": ("ratio_den", int), "per_turn": ("per_turn", float),
                 "modulo": ("modulo", float)}
-TIME_KEYS = {"half": ("half_width_ns", us_as_ns), "base_id": ("base_id", int), "epoch": ("epoch", int), "now": ("now_ns", ns),
+TIME_KEYS = {"half": ("half_width_ns", thousandfold), "base_id": ("base_id", int), "epoch": ("epoch", int), "now": ("now_ns", ns),
              "grade": ("grade", lambda text: getattr(axlecast.time_quality_t, "GRADE_" + text.upper()))}
 
 
