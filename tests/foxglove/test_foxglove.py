@@ -186,15 +186,19 @@ class Foxglove(Machine):
         self.assertEqual(seen["topics"]["/POSITION/axis1"]["gaps"], 0)
         self.assertEqual(seen["status"], [])
 
-    def request(self, url, **headers):
-        """The status of the answer to the request for a WebSocket."""
+    def open(self, url, **headers):
+        """A connection that has requested a WebSocket."""
         host, port = url.split("/")[2].split(":")
         head = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
                 "Sec-WebSocket-Key": base64.b64encode(bytes(16)).decode(), "Sec-WebSocket-Protocol": "foxglove.sdk.v1", **headers}
-        path = head.pop("path", "/")
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as connection:
-            lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in head.items() if value), "", ""]
-            connection.sendall("\r\n".join(lines).encode())
+        lines = [f"GET {head.pop('path', '/')} HTTP/1.1", *(f"{name}: {value}" for name, value in head.items() if value), "", ""]
+        connection = self.enterContext(socket.create_connection((host, int(port)), timeout=LIMIT))
+        connection.sendall("\r\n".join(lines).encode())
+        return connection
+
+    def request(self, url, **headers):
+        """The status of the answer to the request for a WebSocket."""
+        with self.open(url, **headers) as connection:
             return int(connection.recv(200).split()[1])
 
     def test_who_may_look(self):
@@ -218,23 +222,20 @@ class Foxglove(Machine):
 
     def test_what_is_no_request_is_reported(self):
         url = self.serve()
-        host, port = url.split("/")[2].split(":")
-        with socket.create_connection((host, int(port)), timeout=LIMIT) as connection:
-            connection.sendall((f"GET / HTTP/1.1\r\nHost: {host}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-                                f"Sec-WebSocket-Key: {base64.b64encode(bytes(16)).decode()}\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n").encode())
-            for text in ("[]", '{"op":"subscribe"}', '{"op":"subscribe","subscriptions":[{"id":1,"channelId":-1}]}', "{" * 5_000,
-                         '{"op":"subscribe","subscriptions":[{"id":1,"channelId":77}]}', '{"op":"unsubscribe","subscriptionIds":[5]}',
-                         '{"op":"advertise","channels":[]}'):
-                data = text.encode()
-                length = bytes([0x80 | len(data)]) if len(data) < 126 else b"\xfe" + struct.pack(">H", len(data))
-                connection.sendall(b"\x81" + length + bytes(4) + data)
-            received = b""
-            for wanted in (b"not one of the Foxglove protocol", b"channel 77 is not advertised", b"there is no subscription 5",
-                           b"it does not support advertise"):
-                while wanted not in received:
-                    more = connection.recv(65_536)
-                    self.assertTrue(more, received)
-                    received += more
+        connection = self.open(url)
+        for text in ("[]", '{"op":"subscribe"}', '{"op":"subscribe","subscriptions":[{"id":1,"channelId":-1}]}', "{" * 5_000,
+                     '{"op":"subscribe","subscriptions":[{"id":1,"channelId":77}]}', '{"op":"unsubscribe","subscriptionIds":[5]}',
+                     '{"op":"advertise","channels":[]}'):
+            data = text.encode()
+            length = bytes([0x80 | len(data)]) if len(data) < 126 else b"\xfe" + struct.pack(">H", len(data))
+            connection.sendall(b"\x81" + length + bytes(4) + data)
+        received = b""
+        for wanted in (b"not one of the Foxglove protocol", b"channel 77 is not advertised", b"there is no subscription 5",
+                       b"it does not support advertise"):
+            while wanted not in received:
+                more = connection.recv(65_536)
+                self.assertTrue(more, received)
+                received += more
 
 
 if __name__ == "__main__":
